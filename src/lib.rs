@@ -47,16 +47,24 @@
 //! And from outside:
 //!
 //! ```no_run
-//! use lumivox::frame::{FrameSettings, Renderer}; use lumivox::gi::registry::find; use
-//! lumivox::graph::{Gpu, GpuOptions}; use lumivox::image::{Aov, write_exr}; use
-//! lumivox::render::ShadowSettings; use lumivox::scene::{LoadOptions, Scene};
+//! use lumivox::frame::{FrameSettings, Renderer};
+//! use lumivox::gi::registry::find;
+//! use lumivox::graph::{Gpu, GpuOptions};
+//! use lumivox::image::{Aov, write_exr};
+//! use lumivox::render::ShadowSettings;
+//! use lumivox::scene::{LoadOptions, Scene};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! let scene = Scene::open("bundled:cornell", &LoadOptions::default())?; let gpu =
-//! Gpu::new(&GpuOptions::default())?; let technique = find("voxel-mips")?; let settings =
-//! technique.settings(None, &["resolution=64"])?; let frame = FrameSettings { size: [640, 480],
-//! shadows: ShadowSettings::of_resolution(1024) }; let (mut renderer, _build) = Renderer::new(&gpu,
-//! &scene, technique, &settings, frame)?; let stats = renderer.render(&scene.camera)?;
+//! let scene = Scene::open("bundled:cornell", &LoadOptions::default())?;
+//! let gpu = Gpu::new(&GpuOptions::default())?;
+//! let technique = find("voxel-mips")?;
+//! let settings = technique.settings(None, &["resolution=64"])?;
+//! let frame = FrameSettings {
+//!     size: [640, 480],
+//!     shadows: ShadowSettings::of_resolution(1024),
+//! };
+//! let (mut renderer, _build) = Renderer::new(&gpu, &scene, technique, &settings, frame)?;
+//! let stats = renderer.render(&scene.camera)?;
 //! println!("{:?}", stats.passes);
 //! write_exr("cornell.exr".as_ref(), &renderer.aov(Aov::Indirect)?)?;
 //! # Ok(())

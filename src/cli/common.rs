@@ -199,17 +199,20 @@ impl TechniqueArgs {
         if self.preset.is_some() {
             return Ok((settings, None));
         }
-        let Some(mut suited) = (entry.suit)(context).map_err(CliError::failed)? else {
+        let Some(mut suited) = (entry.suit)(context, &self.set).map_err(CliError::failed)? else {
             return Ok((settings, None));
         };
         let name = |pair: &str| pair.split('=').next().unwrap_or_default().trim().to_owned();
         let named: Vec<String> = self.set.iter().map(|pair| name(pair)).collect();
         suited.pairs.retain(|pair| !named.contains(&name(pair)));
         let pairs: Vec<String> = suited.pairs.iter().chain(&self.set).cloned().collect();
-        Ok((
-            entry.settings(None, &pairs).map_err(bad_setting)?,
-            Some(suited),
-        ))
+        // What had no effect before has been said.
+        let said = entry.without_effect(&self.set, &settings);
+        let unsaid = |pair: &&String| !said.contains(&name(pair).as_str());
+        let new: Vec<String> = self.set.iter().filter(unsaid).cloned().collect();
+        let settings = entry.settings(None, &pairs).map_err(bad_setting)?;
+        warn_of_idle([(entry, &settings)], &new);
+        Ok((settings, Some(suited)))
     }
 
     /// The preset that the settings started from.

@@ -123,8 +123,18 @@ pub struct Suited {
     pub needs: Option<String>,
 }
 
-/// Chooses settings for a scene, by what it measures there; `None` where nothing depends on scenes.
-pub type Suit = fn(&Context<'_>) -> Result<Option<Suited>, Error>;
+/// Chooses settings for a scene, by what it measures there, beside the pairs that are set already;
+/// `None` where nothing depends on scenes.
+pub type Suit = fn(&Context<'_>, &[String]) -> Result<Option<Suited>, Error>;
+
+/// What the last of some `KEY=VALUE` pairs with this key says.
+pub fn value_of<'a>(pairs: &'a [String], key: &str) -> Option<&'a str> {
+    let named = |pair: &'a String| {
+        let (name, value) = pair.split_once('=')?;
+        (name.trim() == key).then_some(value.trim())
+    };
+    pairs.iter().rev().find_map(named)
+}
 
 /// Makes a technique with these settings.
 pub type Make = fn(&Context<'_>, &Settings) -> Result<Box<dyn Technique>, Error>;
@@ -148,7 +158,7 @@ impl Entry {
             directions_setting: |_| None,
             substitutions: &[],
             emission_in_slots: |_| Vec::new(),
-            suit: |_| Ok(None),
+            suit: |_, _| Ok(None),
             views: &[],
             simulator: None,
             make,

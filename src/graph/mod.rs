@@ -4,8 +4,9 @@
 //! [`Frame`]; [`Gpu::submit`] plans, records, runs and times it.
 //!
 //! ```no_run
-//! use lumivox::graph::{Access, Binding, BufferDesc, BufferUsage, Frame, Gpu, GpuOptions}; use
-//! lumivox::graph::{Owner, Pass, Sets, Shaders}; use lumivox::shader::Field;
+//! use lumivox::graph::{Access, Binding, BufferDesc, BufferUsage, Frame, Gpu, GpuOptions};
+//! use lumivox::graph::{Owner, Pass, Sets, Shaders};
+//! use lumivox::shader::Field;
 //!
 //! static DOUBLE: Pass = Pass {
 //!     name: "test.double",
@@ -17,15 +18,19 @@
 //! };
 //!
 //! # fn main() -> Result<(), lumivox::graph::Error> {
-//! let gpu = Gpu::new(&GpuOptions::default())?; let desc = BufferDesc {
+//! let gpu = Gpu::new(&GpuOptions::default())?;
+//! let values = gpu.create_buffer(&BufferDesc {
 //!     name: "values".into(),
 //!     size_bytes: 256,
 //!     usage: BufferUsage::Storage,
 //!     owner: Owner::Shared,
-//! }; let values = gpu.create_buffer(&desc)?; let mut frame = Frame::new();
-//! frame.fill("values.fill", &values, 3); let pass = frame.pass(&DOUBLE).bind("values",
-//! &values).constant("WORKGROUP", 64u32); pass.push(&64u32).dispatch([1, 1, 1]); let stats =
-//! gpu.submit(frame)?; println!("{:?} {:?}", stats.passes, gpu.read_buffer(&values)?);
+//! })?;
+//! let mut frame = Frame::new();
+//! frame.fill("values.fill", &values, 3);
+//! let pass = frame.pass(&DOUBLE).bind("values", &values);
+//! pass.constant("WORKGROUP", 64u32).push(&64u32).dispatch([1, 1, 1]);
+//! let stats = gpu.submit(frame)?;
+//! println!("{:?} {:?}", stats.passes, gpu.read_buffer(&values)?);
 //! # Ok(())
 //! # }
 //! ```

@@ -1,13 +1,16 @@
 //! What a frame cost, and the median over many.
 
+use std::time::Instant;
+
 use serde::{Deserialize, Serialize};
 
-/// The GPU time of one pass in one frame.
+/// The time of one pass in one frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PassTime {
     /// Name of the pass.
     pub name: String,
-    /// Time on the GPU, summed over all runs of the pass in the frame (ms).
+    /// Time on the GPU, or of the host's own work, summed over all runs of the pass in the frame
+    /// (ms).
     pub gpu_ms: f64,
     /// How often the pass ran in the frame.
     pub runs: u32,
@@ -41,6 +44,13 @@ impl FrameStats {
     pub fn append(&mut self, other: FrameStats) {
         sum(&mut self.passes, other.passes);
         sum(&mut self.counting, other.counting);
+    }
+
+    /// Work of the host that a frame waits for, from `began` until now, as a pass of its own.
+    pub fn of_host(name: &str, began: Instant) -> Self {
+        let mut stats = FrameStats::default();
+        stats.add(name, 1e3 * began.elapsed().as_secs_f64());
+        stats
     }
 
     /// The same cost as that of a counting run.

@@ -18,7 +18,8 @@
 //!     filter: Filter::Center,
 //!     sampling: Sampling::Fixed { spp: 4 },
 //!     seed: 1,
-//! }; let image = render(&Scene::default(), &settings, &|_| {})?;
+//! };
+//! let image = render(&Scene::default(), &settings, &|_| {})?;
 //! assert_eq!(image.radiance().size(), (16, 9));
 //! # Ok::<(), lumivox::reference::ReferenceError>(())
 //! ```

@@ -230,6 +230,14 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/shared/voxel/light/list_tiles.comp.spv"),
     ),
     (
+        "gi/shared/voxel/trace/emitters_by_rays.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/trace/emitters_by_rays.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/trace/emitters_by_rays_query.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/trace/emitters_by_rays_query.comp.spv"),
+    ),
+    (
         "gi/shared/voxel/trace/pack_surfaces.comp",
         include_bytes!("../../spirv/gi/shared/voxel/trace/pack_surfaces.comp.spv"),
     ),

@@ -23,7 +23,7 @@ use lumivox::gi::shared::interleave::oracle::interleaved_offset;
 use lumivox::gi::shared::voxel::build::passes::Voxel;
 use lumivox::gi::shared::voxel::oracle::{
     EmitterPart, PointSettings, Reached, Receiver, TraceGrid, TraceVoxel, VoxelIndex,
-    bounce_receiver, gather_emitters, seed_of, unhidden, voxel_pattern,
+    bounce_receiver, gather_emitters, gather_emitters_triangles, seed_of, unhidden, voxel_pattern,
 };
 use lumivox::gi::shared::voxel::{
     CANDIDATES, EmitterPoints, Injection, LightSettings, Method, RaySettings, RayTracer, Sides,
@@ -34,6 +34,7 @@ use lumivox::graph::{Frame, Gpu};
 use lumivox::image::{Aov, GuideImage, Image, luminance};
 use lumivox::reference::{self, Bounces, Filter, Sampling};
 use lumivox::render::GpuScene;
+use lumivox::render::bvh::{START_SHARE, SceneRays};
 use lumivox::scene::{Camera, Material, Scene};
 use rayon::prelude::*;
 
@@ -61,6 +62,28 @@ fn parts(scene: &GpuScene, grid: &VoxelGrid) -> Vec<EmitterPart> {
             density: f64::from(row.edge_density[3]) * h * h,
         })
         .collect()
+}
+
+/// The corners of all triangles of a scene (voxels).
+fn corners(scene: &Scene, grid: &VoxelGrid) -> Vec<[DVec3; 3]> {
+    let corner = |vertex: u32| {
+        let position = Vec3::from(scene.vertices[vertex as usize].position);
+        (position.as_dvec3() - grid.origin.as_dvec3()) / f64::from(grid.voxel_size)
+    };
+    (scene
+        .triangles
+        .iter()
+        .map(|triangle| triangle.vertices.map(corner)))
+    .collect()
+}
+
+/// How far off a receiver its rays against triangles start (voxels).
+fn start(scene: &Scene, receiver: &Receiver, grid: &VoxelGrid) -> f64 {
+    let h = f64::from(grid.voxel_size);
+    let place = h * receiver.position + grid.origin.as_dvec3();
+    let eye = scene.camera.eye.as_dvec3();
+    let largest = place.abs().max((eye - place).abs()).max_element();
+    f64::from(START_SHARE) * largest / h
 }
 
 fn trace_grid(read: &Read) -> TraceGrid {
@@ -133,18 +156,31 @@ fn verdict(seen: &[DVec3], expected: &[Reached]) -> Result<String, String> {
 #[test]
 fn light_from_points_is_the_oracles() {
     let gpu = gpu();
-    for (name, pairs) in [
+    for (name, pairs, by_triangles) in [
         (
             "cornell-lamp",
             ["rays=3", "interleave=4", "contour_slack=0.1"],
+            false,
         ),
         (
             "emissive-gallery",
             ["rays=4", "interleave=4", "contour_slack=0.1"],
+            false,
         ),
         (
             "emissive-gallery",
             ["rays=2", "interleave=1", "contour_slack=-1"],
+            false,
+        ),
+        (
+            "cornell-lamp",
+            ["rays=3", "interleave=4", "contour_slack=0.1"],
+            true,
+        ),
+        (
+            "emissive-gallery",
+            ["rays=2", "interleave=1", "contour_slack=0.1"],
+            true,
         ),
     ] {
         let scene = bundled(name);
@@ -157,19 +193,30 @@ fn light_from_points_is_the_oracles() {
         frame.clear_image("test.clear", &view.result, [1.0, 2.0, 3.0, 0.5]);
         let light_settings = LightSettings::direct(Injection::Voxel, Sides::Two);
         let light = VoxelLight::new(&gpu, &gpu_scene, &read.voxels, light_settings).unwrap();
+        let scene_rays = SceneRays::new(&gpu, &gpu_scene).unwrap();
         RayTracer::new(RaySettings::new(&settings), 0).gather_emitters(
             &mut frame,
             &view.all(&gpu_scene),
             &space(&read.voxels, &light),
+            by_triangles.then_some(&scene_rays),
             &EmitterPoints::new(&gpu, &gpu_scene).unwrap(),
         );
         gpu.submit(frame).unwrap();
         let (grid, parts) = (trace_grid(&read), parts(&gpu_scene, &read.voxels.grid));
+        let triangles = corners(&scene, &read.voxels.grid);
         let of = |(pixel, receiver): &([u32; 2], Receiver)| {
             let pattern = interleaved_offset(*pixel, Pattern::new(&settings), 0);
             let count = settings.count("rays");
             let seed = seed_of([pixel[0], pixel[1], 0], 0);
             let point = point_settings(&settings, count, (pattern, seed), 0.0);
+            if by_triangles {
+                let start_offset = start(&scene, receiver, &read.voxels.grid);
+                let point = PointSettings {
+                    start_offset,
+                    ..point
+                };
+                return gather_emitters_triangles(&triangles, &parts, receiver, &point);
+            }
             gather_emitters(&grid, &parts, receiver, &point)
         };
         let expected: Vec<Reached> = view.receivers.par_iter().map(of).collect();

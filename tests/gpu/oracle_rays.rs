@@ -26,7 +26,7 @@ use lumivox::gi::shared::voxel::{
 use lumivox::gi::voxel_cones::mips::space;
 use lumivox::graph::{Frame, Gpu};
 use lumivox::render::GpuScene;
-use lumivox::render::bvh::SceneRays;
+use lumivox::render::bvh::{START_SHARE, SceneRays};
 use lumivox::scene::Scene;
 use rayon::prelude::*;
 
@@ -275,9 +275,6 @@ fn gathered_rays_are_the_oracles() {
     gathered_rays(&gpu, leaning, Sides::One);
 }
 
-/// As `gi::shared::voxel::trace` has it.
-const START_SHARE: f64 = 2e-5;
-
 fn gathered_rays(gpu: &Gpu, scene: Scene, sides: Sides) {
     let name = scene.name.clone();
     let rays = RayScene::new(gpu, scene, Vec3::new(0.3, 0.2, 0.1), 32, sides);
@@ -338,7 +335,7 @@ fn gathered_rays(gpu: &Gpu, scene: Scene, sides: Sides) {
                     let place = voxel_size * receiver.position + grid_origin.as_dvec3();
                     let eye = rays.scene.camera.eye.as_dvec3();
                     let largest = place.abs().max((eye - place).abs()).max_element();
-                    START_SHARE * largest / voxel_size
+                    f64::from(START_SHARE) * largest / voxel_size
                 } else {
                     f64::from(settings.number("ray_start"))
                 },

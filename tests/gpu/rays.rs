@@ -311,8 +311,8 @@ fn references_meet_the_same(gpu: &Gpu) {
         .into_iter()
         .enumerate()
     {
-        check(gpu, &bundled(name), 20_000, seed as u64);
-        check_free(gpu, &bundled(name), 20_000, 100 + seed as u64);
+        check(gpu, &bundled(name), 100_000, seed as u64);
+        check_free(gpu, &bundled(name), 100_000, 100 + seed as u64);
     }
 }
 

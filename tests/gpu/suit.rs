@@ -12,6 +12,11 @@ use lumivox::render::GpuScene;
 use lumivox::scene::Scene;
 
 fn suited(gpu: &Gpu, scene: &Scene, technique: &str) -> Option<Suited> {
+    suited_beside(gpu, scene, technique, &[])
+}
+
+fn suited_beside(gpu: &Gpu, scene: &Scene, technique: &str, set: &[&str]) -> Option<Suited> {
+    let set: Vec<String> = set.iter().map(|pair| (*pair).to_owned()).collect();
     let gpu_scene = GpuScene::new(gpu, scene).unwrap();
     let context = Context {
         gpu,
@@ -19,7 +24,7 @@ fn suited(gpu: &Gpu, scene: &Scene, technique: &str) -> Option<Suited> {
         size: [32, 24],
         eye: scene.camera.eye,
     };
-    (find(technique).unwrap().suit)(&context).unwrap()
+    (find(technique).unwrap().suit)(&context, &set).unwrap()
 }
 
 /// Whatever is chosen is possible, twice the same, and over as soon as the choice is made: nothing
@@ -37,6 +42,25 @@ fn what_is_chosen_is_possible() {
         let pairs = first.map(|suited| suited.pairs).unwrap_or_default();
         entry.settings(None, &pairs).unwrap();
     }
+}
+
+/// What is set by name stays, and what goes with another gather or resolution is not chosen.
+#[test]
+fn what_is_set_stays() {
+    let gpu = gpu();
+    let scene = bundled("pergola");
+    let of = |set: &[&str]| suited_beside(&gpu, &scene, "voxel-mips", set).unwrap();
+    let coarse = of(&["resolution = 16"]);
+    assert_eq!(
+        coarse.pairs,
+        ["gather=triangles", "radiance=six-sided", "rays=32"]
+    );
+    assert!(coarse.needs.unwrap().contains("resolution=32"));
+    let cones = of(&["gather=cones", "resolution=32"]);
+    assert!(cones.pairs.is_empty(), "{:?}", cones.pairs);
+    assert!(!cones.needs.unwrap().contains("rays meet"));
+    let rays = of(&["gather=rays"]).pairs;
+    assert_eq!(rays[..2], ["gather=rays", "radiance=two-sided"]);
 }
 
 /// Flat walls need no finer voxels than the default has; thin parts do, as far as memory goes, and

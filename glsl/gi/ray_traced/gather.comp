@@ -30,7 +30,7 @@ void main() {
     ivec2 place = place_of(texel);
     vec3 to_eye = normalize(frame.eye_ws.xyz - surface.position_ws);
     PathVertex start =
-        first_vertex(surface, to_eye, vec3(1.0), vec3(0.0), -1.0, params.start_offset);
+        first_vertex(surface, to_eye, vec3(1.0), vec3(0.0), -1.0);
     mat3 around = frame_around(surface.shading_normal);
     // Without a pattern each pixel begins anywhere.
     bool is_alone = (params.pattern & 0xffffu) == 0x101u;

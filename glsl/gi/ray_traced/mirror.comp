@@ -31,7 +31,7 @@ void main() {
     vec3 to_eye = normalize(frame.eye_ws.xyz - surface.position_ws);
     vec3 f0 = texelFetch(sampler2D(specular, nearest_clamp), pixel, 0).rgb;
     PathVertex start =
-        first_vertex(surface, to_eye, vec3(0.0), f0, roughness, params.start_offset);
+        first_vertex(surface, to_eye, vec3(0.0), f0, roughness);
     // Without a pattern each pixel begins anywhere.
     bool is_alone = (params.pattern & 0xffffu) == 0x101u;
     vec2 offset = is_alone

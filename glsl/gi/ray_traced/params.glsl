@@ -7,5 +7,4 @@ layout(push_constant) uniform PathParams {
     uint end_ray;
     uint pattern;          // of a tile of pixels, each of which has directions of its own
     uint bounces;
-    float start_offset;    // share of distances and coordinates
 } params;

@@ -1,5 +1,5 @@
-//! Technique `ray-traced`: paths of light through the triangles themselves. No store, no bias:
-//! what more rays bring is less noise. With a cache, voxels have the light of a path's last place.
+//! Technique `ray-traced`: paths of light through the triangles themselves. There is no store: what
+//! more rays bring is less noise. With a cache, voxels have the light of a path's last place.
 
 mod cache;
 mod passes;
@@ -17,7 +17,7 @@ use super::shared::loops::LOOP_BUDGET;
 use super::shared::voxel;
 use super::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image, Pass, PassBuilder};
-use crate::render::bvh::{EmissiveTriangles, GpuEmitter, SceneRays};
+use crate::render::bvh::{EmissiveTriangles, GpuEmitter, HOST_WORK, SceneRays, TURNS_A_RAY};
 use crate::render::{GpuScene, Receivers, screen_groups, screen_image};
 use crate::shader::GpuStruct;
 use settings::{PRESETS, RULES, RaySettings, SETTINGS};
@@ -38,6 +38,7 @@ pub static ENTRY: Entry = Entry {
     ],
     structs: &[&[("GpuEmitter", GpuEmitter::FIELDS)], voxel::STRUCTS],
     stages: &[
+        &Stage::store("hierarchy", &HOST_WORK),
         &voxel::VOXELIZATION,
         &voxel::LIGHT_INJECTION,
         &Stage::picture("gather", &["ray_traced.gather"]),
@@ -79,14 +80,6 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
     Ok(Box::new(RayTraced::new(context, settings)?))
 }
 
-/// Where the rays of a pixel start: the rounding of positions from the depth buffer, as a share of
-/// distances and coordinates, and room.
-const START_OFFSET: f32 = 2e-5;
-
-/// Turns of loops that a ray is trusted to stay below: boxes that it opens, and triangles that it
-/// meets, of all lanes of a vector, which wait for each other.
-const TURNS_A_RAY: u32 = 1024;
-
 struct Scene {
     rays: SceneRays,
     emitters: EmissiveTriangles,
@@ -123,7 +116,7 @@ impl RayTraced {
     }
 
     /// First ray, and one beyond the last, of as many dispatches as keep the loops of a thread
-    /// within `LOOP_BUDGET`.
+    /// within `LOOP_BUDGET`, a ray each at least: `TURNS_A_RAY` is many times what a ray takes.
     fn dispatches(&self, given: &Inputs<'_>, count: u32) -> impl Iterator<Item = [u32; 2]> {
         let lights = if self.settings.uses_maps {
             0
@@ -174,17 +167,15 @@ impl RayTraced {
             end_ray,
             pattern: pattern.bits(),
             bounces: self.settings.bounces,
-            start_offset: START_OFFSET,
         }
     }
 }
 
 impl Scene {
-    fn new(gpu: &Gpu, scene: &GpuScene) -> Result<Self, Error> {
-        Ok(Scene {
-            rays: SceneRays::new(gpu, scene)?,
-            emitters: EmissiveTriangles::new(gpu, scene)?,
-        })
+    fn build(gpu: &Gpu, scene: &GpuScene) -> Result<(Self, FrameStats), Error> {
+        let (rays, stats) = SceneRays::build(gpu, scene)?;
+        let emitters = EmissiveTriangles::new(gpu, scene)?;
+        Ok((Scene { rays, emitters }, stats))
     }
 }
 
@@ -202,10 +193,12 @@ impl Technique for RayTraced {
 
     fn build(&mut self, &Context { gpu, scene, .. }: &Context<'_>) -> Result<FrameStats, Error> {
         self.scene = None;
-        self.scene = Some(Scene::new(gpu, scene)?);
-        (self.cache.as_mut()).map_or(Ok(FrameStats::default()), |cache| {
-            cache.grid.build(gpu, scene)
-        })
+        let (own, mut stats) = Scene::build(gpu, scene)?;
+        self.scene = Some(own);
+        if let Some(cache) = &mut self.cache {
+            stats.append(cache.grid.build(gpu, scene)?);
+        }
+        Ok(stats)
     }
 
     fn follow(
@@ -213,14 +206,15 @@ impl Technique for RayTraced {
         &Context { gpu, scene, .. }: &Context<'_>,
         change: Change,
     ) -> Result<FrameStats, Error> {
-        if let (Change::Models, Some(own)) = (change, &mut self.scene) {
-            own.rays.follow(gpu, scene)?;
-            own.emitters.follow(gpu, scene)?;
-            if let Some(cache) = &mut self.cache {
-                return cache.grid.follow(gpu, scene);
-            }
+        let (Change::Models, Some(own)) = (change, &mut self.scene) else {
+            return Ok(FrameStats::default());
+        };
+        let mut stats = own.rays.follow(gpu, scene)?;
+        own.emitters.follow(gpu, scene)?;
+        if let Some(cache) = &mut self.cache {
+            stats.append(cache.grid.follow(gpu, scene)?);
         }
-        Ok(FrameStats::default())
+        Ok(stats)
     }
 
     fn update(&mut self, frame: &mut Frame, given: &Inputs<'_>) {

@@ -23,8 +23,6 @@ gpu_struct! {
         pub pattern: u32,
         /// Indirect bounces.
         pub bounces: u32,
-        /// Where rays of a pixel start (share of distances and coordinates).
-        pub start_offset: f32,
     }
 }
 

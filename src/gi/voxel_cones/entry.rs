@@ -4,7 +4,15 @@ use super::rules::RULES;
 use crate::gi::entry::{Directions, Entry, Make, Stage, Substitution};
 use crate::gi::inspect::{Channels, Scale, ViewRow};
 use crate::gi::shared::cone::{self, VolumePasses};
-use crate::gi::shared::voxel::{self, SpacePasses, VoxelBounces};
+use crate::gi::shared::voxel::{self, SpacePasses, VoxelBounces, trace};
+use crate::graph::Pass;
+use crate::render::bvh::HOST_WORK;
+
+/// The pass of rays to points of what emits that needs no store.
+pub(super) const RAYS_TO_EMITTERS: &[&Pass] = &[&trace::GATHER_EMITTERS_BY_TRIANGLES];
+
+/// The scene's triangles, where rays meet them.
+pub(super) static HIERARCHY: Stage = Stage::store("hierarchy", &HOST_WORK);
 
 /// Gathering along directions.
 pub(super) static GATHER: Stage = Stage::picture(
@@ -14,6 +22,7 @@ pub(super) static GATHER: Stage = Stage::picture(
         "voxel.gather_rays",
         "voxel.gather_triangles",
         "voxel.gather_emitters",
+        "voxel.gather_emitters_triangles",
         "cone.occlusion",
     ],
 );

@@ -162,10 +162,14 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
             rays.follow(context.gpu, context.scene)?;
         }
         self.triangles = None;
+        let mut stats = FrameStats::default();
         if self.meets_triangles() {
-            self.triangles = Some(SceneRays::new(context.gpu, context.scene)?);
+            let (triangles, built) = SceneRays::build(context.gpu, context.scene)?;
+            self.triangles = Some(triangles);
+            stats.append(built);
         }
-        self.store.build(context)
+        stats.append(self.store.build(context)?);
+        Ok(stats)
     }
 
     fn follow(&mut self, context: &Context<'_>, change: Change) -> Result<FrameStats, Error> {
@@ -175,10 +179,12 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
                 if let Some(rays) = &mut self.gatherer.rays {
                     rays.follow(context.gpu, context.scene)?;
                 }
+                let mut stats = FrameStats::default();
                 if let Some(triangles) = &mut self.triangles {
-                    triangles.follow(context.gpu, context.scene)?;
+                    stats.append(triangles.follow(context.gpu, context.scene)?);
                 }
-                self.store.follow_models(context)
+                stats.append(self.store.follow_models(context)?);
+                Ok(stats)
             }
             Change::Lights => {
                 self.store.forget_lights();
@@ -328,6 +334,9 @@ impl<S: VoxelStore> Inspect for VoxelCones<S> {
         axis: BeamAxis,
         aperture_deg: Option<f32>,
     ) -> Result<Option<Beam>, Error> {
+        if self.gatherer.rays.is_some() && axis != BeamAxis::Mirror {
+            return Ok(None);
+        }
         let traced = self.store.volume().map(|volume| {
             (self.gatherer.cones).trace(context, volume, start, (axis, aperture_deg))
         });

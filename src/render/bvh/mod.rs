@@ -21,6 +21,7 @@ pub use emitters::{EmissiveTriangles, GpuEmitter};
 pub use wide::WideBvh;
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use bytemuck::cast_slice;
 use geometry::Geometry;
@@ -31,7 +32,7 @@ use trees::{Moving, TRIANGLE_TEXELS, Trees};
 use wide::{MOST_NODES, MOST_TRIANGLES, NODE_TEXELS};
 
 use super::gpu_scene::{GpuScene, storage};
-use crate::graph::{Access, Binding, Buffer, Error, Gpu, Owner, PassBuilder};
+use crate::graph::{Access, Binding, Buffer, Error, FrameStats, Gpu, Owner, PassBuilder};
 
 /// What a pass binds first that traces rays (`render/bvh/bindings.glsl`).
 pub const BINDINGS: [Binding; 5] = [
@@ -45,8 +46,20 @@ pub const BINDINGS: [Binding; 5] = [
 /// The first constants of a pass that traces rays, which [`SceneRays::bind`] gives.
 pub const CONSTANTS: [&str; 3] = ["BVH_STACK", "BVH_ROOTS", "BVH_MASKS"];
 
+/// Where rays start off a place on the depth buffer: its rounding, as a share of coordinates and
+/// distances, and room (`render/bvh/start.glsl`).
+pub const START_SHARE: f32 = 2e-5;
+
+/// Turns of loops that a ray is trusted to stay below: boxes that it opens, and triangles that it
+/// meets, of all lanes of a vector, which wait for each other.
+pub const TURNS_A_RAY: u32 = 1024;
+
 /// Nodes of which a traversal may put boxes off: a shader has as many words.
 const LONGEST_STACK: u32 = 1024;
+
+/// The work of the host on hierarchies, as passes ([`FrameStats::of_host`]): built, and brought up
+/// to models that move.
+pub const HOST_WORK: [&str; 2] = ["bvh.build", "bvh.follow"];
 
 /// What finds the triangles near a ray.
 enum Hierarchies {
@@ -70,6 +83,13 @@ pub struct SceneRays {
 }
 
 impl SceneRays {
+    /// Of a scene as it is on the device, and what making it cost.
+    pub fn build(gpu: &Gpu, scene: &GpuScene) -> Result<(Self, FrameStats), Error> {
+        let began = Instant::now();
+        let rays = SceneRays::new(gpu, scene)?;
+        Ok((rays, FrameStats::of_host(HOST_WORK[0], began)))
+    }
+
     /// Of a scene as it is on the device.
     pub fn new(gpu: &Gpu, scene: &GpuScene) -> Result<Self, Error> {
         let geometry = Geometry::read(gpu, scene)?;
@@ -111,8 +131,9 @@ impl SceneRays {
         })
     }
 
-    /// Brings models up to where their vertices are: triangles and boxes.
-    pub fn follow(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<(), Error> {
+    /// Brings models up to where their vertices are: triangles and boxes. Returns what that cost.
+    pub fn follow(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<FrameStats, Error> {
+        let began = Instant::now();
         for (index, model) in self.moving.iter_mut().enumerate() {
             let positions = geometry::positions_of(gpu, scene, model.vertices())?;
             let corners = model.corners(&positions);
@@ -128,7 +149,8 @@ impl SceneRays {
             Hierarchies::Nodes(nodes) => nodes.upload(gpu)?,
             Hierarchies::Structures(structures) => structures.join(gpu)?,
         }
-        self.triangles.upload(gpu)
+        self.triangles.upload(gpu)?;
+        Ok(FrameStats::of_host(HOST_WORK[1], began))
     }
 
     /// Binds [`BINDINGS`] and gives [`CONSTANTS`].

@@ -30,7 +30,12 @@ impl SceneTextures {
                     available: "65535 texels in a texture that rays see".to_owned(),
                 });
             }
-            places.push([texels.len() as u32 / 4, width | height << 16]);
+            let first = u32::try_from(texels.len() / 4).map_err(|_| Error::ImageTooLarge {
+                resource: texture.name().to_owned(),
+                wanted: format!("{} texels before it", texels.len() / 4),
+                available: format!("{} texels of all textures that rays see", u32::MAX),
+            })?;
+            places.push([first, width | height << 16]);
             texels.extend(gpu.read_texture(texture)?);
         }
         let row = |index: &Option<u32>| index.map_or([0; 2], |index| places[index as usize]);

@@ -72,7 +72,8 @@ pub static SETTINGS: &[Setting] = &[
 pub static SPECULAR_SETTINGS: &[Setting] = &[Setting {
     name: "specular_interleave",
     help: "n: each pixel of an n×n tile mirrors about its own half vector of the glossy lobe, then \
-           neighbours on one surface are averaged; 1: all by one cone as wide as the lobe",
+           neighbours on one surface are averaged; 1: all by one cone as wide as the lobe, or with \
+           paths each pixel by its own half vectors",
     unit: "px",
     domain: Domain::Count { min: 1, max: 8 },
     default: "1",

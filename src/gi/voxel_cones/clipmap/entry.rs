@@ -1,6 +1,8 @@
 //! The row of the registry.
 
-use super::super::entry::{GATHER, SPECULAR, SUBSTITUTIONS, directions, entry};
+use super::super::entry::{
+    GATHER, HIERARCHY, RAYS_TO_EMITTERS, SPECULAR, SUBSTITUTIONS, directions, entry,
+};
 use super::super::{VoxelCones, presets};
 use super::{CONES, Clipmap, RAYS, space, volume};
 use crate::gi::entry::{Entry, Stage};
@@ -85,9 +87,16 @@ pub static ENTRY: Entry = Entry {
         RAY_SETTINGS,
     ],
     presets: PRESETS,
-    passes: &[voxel::PASSES, PASSES, &CONES.all(), &RAYS.all()],
+    passes: &[
+        voxel::PASSES,
+        PASSES,
+        &CONES.all(),
+        &RAYS.all(),
+        RAYS_TO_EMITTERS,
+    ],
     structs: &[voxel::STRUCTS, cone::STRUCTS],
     stages: &[
+        &HIERARCHY,
         &voxel::VOXELIZATION,
         &Stage::store("clearing", &["clipmap.clear", "clipmap.clear_box"]),
         &voxel::LIGHT_INJECTION,

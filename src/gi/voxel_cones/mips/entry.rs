@@ -1,6 +1,8 @@
 //! The row of the registry.
 
-use super::super::entry::{GATHER, SPECULAR, SUBSTITUTIONS, directions, entry};
+use super::super::entry::{
+    GATHER, HIERARCHY, RAYS_TO_EMITTERS, SPECULAR, SUBSTITUTIONS, directions, entry,
+};
 use super::super::{VoxelCones, presets};
 use super::suit::suit;
 use super::{CLEAR_DYNAMIC, CONES, FILTER, MARK_MATTER, Mips, RAYS, REDUCE_MATTER};
@@ -51,9 +53,11 @@ pub static ENTRY: Entry = Entry {
         &[&CLEAR_DYNAMIC, &MARK_MATTER, &REDUCE_MATTER, &FILTER],
         &CONES.all(),
         &RAYS.all(),
+        RAYS_TO_EMITTERS,
     ],
     structs: &[voxel::STRUCTS, cone::STRUCTS],
     stages: &[
+        &HIERARCHY,
         &voxel::VOXELIZATION,
         &Stage::store(
             "clearing",

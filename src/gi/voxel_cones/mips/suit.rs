@@ -1,7 +1,7 @@
 //! Settings that suit a scene.
 
 use crate::gi::Context;
-use crate::gi::entry::Suited;
+use crate::gi::entry::{Suited, value_of};
 use crate::gi::shared::voxel::Survey;
 use crate::graph::{Error, Gpu};
 
@@ -30,27 +30,46 @@ const LEAST_TEXELS: u32 = 1024;
 
 /// Where many voxels are mixed, or triangles are few, rays against the scene's own triangles and
 /// light of each face of a voxel; voxels so fine that few are mixed, as far as half of the memory
-/// that is left allows; light maps that are as fine.
-pub(super) fn suit(context: &Context<'_>) -> Result<Option<Suited>, Error> {
+/// that is left and the device's buffers allow; light maps that are as fine. A gather or a
+/// resolution that is set stays, and what goes with it is not chosen.
+pub(super) fn suit(context: &Context<'_>, set: &[String]) -> Result<Option<Suited>, Error> {
     let Context { gpu, scene, .. } = *context;
     let [coarsest, finest] = RESOLUTIONS;
-    let mut survey = Survey::new(gpu, scene, coarsest)?;
+    let own: Option<u32> = value_of(set, "resolution").and_then(|value| value.parse().ok());
+    let mut survey = Survey::new(gpu, scene, own.unwrap_or(coarsest))?;
     let triangles: u32 = scene.batches.iter().map(|batch| batch.triangle_count).sum();
-    let mut pairs = if survey.mixed > MOST_MIXED || triangles <= FEW_TRIANGLES {
-        vec![
+    let gather = value_of(set, "gather").unwrap_or(
+        if survey.mixed > MOST_MIXED || triangles <= FEW_TRIANGLES {
+            "triangles"
+        } else {
+            "rays"
+        },
+    );
+    let mut pairs = match gather {
+        "triangles" => vec![
             "gather=triangles".into(),
             "radiance=six-sided".into(),
             format!("rays={RAYS_AT_TRIANGLES}"),
-        ]
-    } else {
-        vec!["gather=rays".into(), "radiance=two-sided".into()]
+        ],
+        "rays" => vec!["gather=rays".into(), "radiance=two-sided".into()],
+        _ => Vec::new(),
     };
     let room = gpu.memory_left() / 2;
-    while survey.mixed > MOST_MIXED && survey.resolution < finest && survey.bytes_of_finer() <= room
+    while own.is_none()
+        && survey.mixed > MOST_MIXED
+        && survey.resolution < finest
+        && survey.bytes_of_finer() <= room
+        && survey.flux_of_finer() <= gpu.limits().storage_buffer_bytes
     {
-        survey = Survey::new(gpu, scene, 2 * survey.resolution)?;
+        match Survey::new(gpu, scene, 2 * survey.resolution) {
+            Ok(finer) => survey = finer,
+            Err(Error::TooLarge { .. } | Error::OutOfMemory { .. }) => break,
+            Err(error) => return Err(error),
+        }
     }
-    pairs.push(format!("resolution={}", survey.resolution));
+    if own.is_none() {
+        pairs.push(format!("resolution={}", survey.resolution));
+    }
     Ok(Some(Suited {
         pairs,
         shadow_resolution: Some((TEXELS_A_VOXEL * survey.resolution).max(LEAST_TEXELS)),
@@ -59,12 +78,12 @@ pub(super) fn suit(context: &Context<'_>) -> Result<Option<Suited>, Error> {
             length(survey.voxel_size_m),
             100.0 * survey.mixed
         ),
-        needs: (survey.mixed > MOST_MIXED).then(|| needs(gpu, &survey, room)),
+        needs: (survey.mixed > MOST_MIXED).then(|| needs(gpu, &survey, gather, room)),
     }))
 }
 
 /// What finer voxels would need.
-fn needs(gpu: &Gpu, survey: &Survey, room: u64) -> String {
+fn needs(gpu: &Gpu, survey: &Survey, gather: &str, room: u64) -> String {
     let mib = |bytes: u64| bytes >> 20;
     let (finer, wanted) = (2 * survey.resolution, survey.bytes_of_finer());
     let memory = if wanted > room {
@@ -82,9 +101,13 @@ fn needs(gpu: &Gpu, survey: &Survey, room: u64) -> String {
     } else {
         ""
     };
+    let seen = match gather {
+        "triangles" => "rays meet the triangles themselves, but the light on",
+        _ => "what is seen and lit of",
+    };
     format!(
-        "rays meet the triangles themselves, but the light on parts thinner than a voxel may be \
-         off by more than 10%: it needs resolution={finer}{light}{memory}"
+        "{seen} parts thinner than a voxel may be off by more than 10%: it needs \
+         resolution={finer}{light}{memory}"
     )
 }
 

@@ -1,6 +1,8 @@
 //! The row of the registry.
 
-use super::super::entry::{GATHER, SPECULAR, SUBSTITUTIONS, VIEWS, directions, entry, view};
+use super::super::entry::{
+    GATHER, HIERARCHY, RAYS_TO_EMITTERS, SPECULAR, SUBSTITUTIONS, VIEWS, directions, entry, view,
+};
 use super::super::{VoxelCones, presets};
 use super::{CONES, RAYS, Svo, attributes, bricks, dynamic, nodes, pieces, space, touched};
 use crate::gi::entry::{Entry, Stage};
@@ -148,9 +150,16 @@ pub static ENTRY: Entry = Entry {
     check,
     presets: PRESETS,
     views: &[VIEWS, ATTRIBUTE_VIEWS],
-    passes: &[voxel::PASSES, PASSES, &CONES.all(), &RAYS.all()],
+    passes: &[
+        voxel::PASSES,
+        PASSES,
+        &CONES.all(),
+        &RAYS.all(),
+        RAYS_TO_EMITTERS,
+    ],
     structs: &[voxel::STRUCTS, STRUCTS, cone::STRUCTS],
     stages: &[
+        &HIERARCHY,
         &voxel::VOXELIZATION,
         &Stage::store(
             "node flagging and allocation",

@@ -29,7 +29,7 @@ layout(constant_id = CONSTANT(3)) const uint INDIRECT = 0;   // with what voxel.
 layout(constant_id = CONSTANT(4)) const uint COUNTING = 1;
 layout(constant_id = CONSTANT(5)) const uint NORMAL_WEIGHTED = 0;
 // by shadow maps (0), from half a voxel off the surface (1), by rays: hard (2), soft (3), as 0 but
-// of several planes by area (4)
+// of several planes by area (4), by rays against triangles from points of the surface (5)
 layout(constant_id = CONSTANT(6)) const uint OCCLUSION = 0;
 // 1: a voxel's record may stand back for one behind it, which is of dynamic geometry too
 layout(constant_id = CONSTANT(7)) const uint DYNAMIC = 0;

@@ -2,7 +2,9 @@
 // that emit, by rays from its mean position to points of them. A thread a side.
 layout(local_size_x = 64) in;
 
+#define PARTS_BINDING 0
 #include "gi/shared/voxel/trace/emitters.glsl"
+#include "gi/shared/voxel/trace/hides_point.glsl"
 
 layout(std430, set = 1, binding = 1) restrict readonly buffer GatheringVoxels {
     Voxel gathering_voxels[];

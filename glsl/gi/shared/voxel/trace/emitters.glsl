@@ -1,9 +1,6 @@
-// Light from points of surfaces that emit, each along a ray through the voxels of a space. The
-// including pass binds the emitter's parts first.
+// Light from points of surfaces that emit. The including pass defines PARTS_BINDING.
 #ifndef LUMIVOX_TRACE_EMITTERS
 #define LUMIVOX_TRACE_EMITTERS
-
-#include "gi/shared/voxel/trace/trace.glsl"
 
 // A part of the emitting surface. Parts are drawn by their power.
 struct GpuEmitterPart {
@@ -13,7 +10,7 @@ struct GpuEmitterPart {
     vec4 radiance;        // rgb: emitted to the front [W/(m² sr)]
 };
 
-layout(std430, set = 1, binding = 0) restrict readonly buffer EmitterParts {
+layout(std430, set = 1, binding = PARTS_BINDING) restrict readonly buffer EmitterParts {
     GpuEmitterPart emitter_parts[];
 };
 
@@ -102,35 +99,6 @@ EmitterPoint ray_point(uint i, uint count, vec2 offset, uint part_count, vec3 re
     float choice = fract(offset.y + float(i) * 0.6180339887498949);
     return chosen_point(
         u, at, choice, part_count, receiver_ws, normal, geometric_normal, least);
-}
-
-// Whether voxels hide a point of a surface from a receiver. Neither surface hides itself: what lies
-// lower than `self_height` over either tangent plane is that surface.
-bool hides_point(vec3 origin, vec3 point, vec3 point_normal, vec3 receiver, vec3 receiver_normal,
-    TraceSettings s) {
-    vec3 way = point - origin;
-    float reach = length(way);
-    vec3 direction = way / max(reach, 1e-6);
-    direction = mix(direction, vec3(1e-20), lessThan(abs(direction), vec3(1e-20)));
-    vec3 inverse = 1.0 / direction;
-    ivec3 ahead = ivec3(greaterThan(direction, vec3(0.0)));
-    ivec3 place = ivec3(floor(origin));
-    float distance = 0.0;
-    for (uint turn = 0u; turn < 4u * s.resolution && distance < reach; ++turn) {
-        if (!is_inside(place, s.resolution)) return false;
-        SpaceCell cell = cell_around(place);
-        if (cell.slot >= 0) {
-            ivec3 low = place & ivec3(-cell.edge);
-            float edge = float(cell.edge);
-            vec3 surface =
-                vec3(low) + edge * unpack_unorm10(surface_of(uint(cell.slot)).mean_position);
-            if (dot(surface - point, point_normal) >= edge * s.self_height
-                && hits_surface(cell, low, origin, direction, receiver, receiver_normal, s))
-                return true;
-        }
-        place = next_place(place, cell.edge, origin, direction, inverse, ahead, distance);
-    }
-    return false;
 }
 
 #endif

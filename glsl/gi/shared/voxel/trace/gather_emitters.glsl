@@ -2,7 +2,9 @@
 // points of them, E = 1/n Σ L cos θ cos θ' V / (d² p).
 layout(local_size_x = 8, local_size_y = 8) in;
 
+#define PARTS_BINDING 0
 #include "gi/shared/voxel/trace/emitters.glsl"
+#include "gi/shared/voxel/trace/hides_point.glsl"
 
 layout(set = 1, binding = 1) uniform texture2D view_depth;
 layout(set = 1, binding = 2) uniform utexture2D normals;

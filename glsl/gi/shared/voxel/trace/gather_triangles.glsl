@@ -12,6 +12,7 @@ layout(set = 1, binding = 7, rgba32f) uniform restrict image2D indirect_diffuse;
 #include "gi/shared/voxel/trace/ray_params.glsl"
 #include "gi/shared/voxel/trace/pixel.glsl"
 #include "gi/shared/voxel/trace/hit.glsl"
+#include "render/bvh/start.glsl"
 #include "render/bvh/traverse.glsl"
 
 void main() {
@@ -19,10 +20,7 @@ void main() {
     PixelRays rays;
     if (!read_rays(texel, rays)) return;
     vec3 position = rays.surface.position_ws, normal = rays.surface.geometric_normal;
-    // The place on the depth buffer is rounded, by a share of its coordinates and distance.
-    vec3 largest = max(abs(position), abs(frame.eye_ws.xyz - position));
-    vec3 origin = position
-        + normal * (params.start_offset * max(largest.x, max(largest.y, largest.z)));
+    vec3 origin = position + start_distance(position) * normal;
     vec3 radiance = vec3(0.0);
     float occlusion = 0.0;
     for (uint i = params.first_ray; i < params.end_ray; ++i) {

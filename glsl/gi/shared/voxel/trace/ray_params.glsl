@@ -10,7 +10,7 @@ layout(push_constant) uniform RayParams {
     uint first_ray;        // of this dispatch, which adds to what those before it left
     uint end_ray;
     uint pattern;          // of a tile of pixels, each of which turns the rays differently
-    float start_offset;    // [voxels]
+    float start_offset;    // [voxels]; not read against triangles
     float self_height;     // [voxels]
     float contour_slack;   // [voxels]
     float ao_falloff;      // [1/m]

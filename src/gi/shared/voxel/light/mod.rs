@@ -443,16 +443,18 @@ fn points_a_light(scene: &GpuScene) -> u32 {
 fn require_turns(scene: &GpuScene, voxels: &Voxels, settings: LightSettings) -> Result<(), Error> {
     let (light_count, resolution) = (scene.lights.len(), voxels.grid.resolution);
     let turns = settings.sides as u64 * light_count as u64 * u64::from(3 * resolution + 1);
-    let through_voxels = settings.traces() && turns > u64::from(LOOP_BUDGET);
-    if through_voxels || settings.meets_triangles() && points_a_light(scene) == 0 {
-        return Err(Error::FeatureMissing {
-            what: format!(
-                "voxel_occlusion by rays towards {light_count} lights at resolution {resolution}"
-            ),
-            feature: "more than 65,535 turns of a shader's loops",
-        });
-    }
-    Ok(())
+    let what = if settings.meets_triangles() && points_a_light(scene) == 0 {
+        let most = LOOP_BUDGET / TURNS_A_POINT;
+        format!("rays from voxels towards {light_count} lights (at most {most})")
+    } else if settings.traces() && turns > u64::from(LOOP_BUDGET) {
+        format!("voxel_occlusion by rays towards {light_count} lights at resolution {resolution}")
+    } else {
+        return Ok(());
+    };
+    Err(Error::FeatureMissing {
+        what,
+        feature: "more than 65,535 turns of a shader's loops",
+    })
 }
 
 /// Adds counts to those of the same name.

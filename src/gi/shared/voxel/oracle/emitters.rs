@@ -1,7 +1,8 @@
-//! Light from points of surfaces that emit, along rays through the voxels.
+//! Light from points of surfaces that emit, along rays through the voxels or against triangles.
 
 use glam::{DVec2, DVec3};
 
+use super::rays::meets;
 use super::{Receiver, TraceGrid, TraceSettings, corner_of, crossings};
 
 /// A part of the surface that emits.
@@ -61,6 +62,37 @@ pub fn gather_emitters(
     receiver: &Receiver,
     settings: &PointSettings,
 ) -> Reached {
+    reach_points(parts, receiver, settings, |point, ray, margin| {
+        is_hidden(grid, point, receiver, (settings, ray), margin)
+    })
+}
+
+/// As [`gather_emitters`], of rays that only triangles stop, corners in voxels.
+pub fn gather_emitters_triangles(
+    triangles: &[[DVec3; 3]],
+    parts: &[EmitterPart],
+    receiver: &Receiver,
+    settings: &PointSettings,
+) -> Reached {
+    let origin = receiver.position + settings.start_offset * receiver.geometric_normal;
+    reach_points(parts, receiver, settings, |point, _, _| {
+        let way = point.position - origin;
+        let direction = way.normalize();
+        let reach = way.length() - settings.start_offset;
+        (triangles
+            .iter()
+            .filter_map(|corners| meets(corners, origin, direction)))
+        .any(|distance| distance < reach)
+    })
+}
+
+/// What reaches a surface from points of the parts that are not hidden, by point, ray and margin.
+fn reach_points(
+    parts: &[EmitterPart],
+    receiver: &Receiver,
+    settings: &PointSettings,
+    is_hidden: impl Fn(&Point, u32, &mut f64) -> bool,
+) -> Reached {
     let mut reached = Reached {
         irradiance: DVec3::ZERO,
         margin: f64::INFINITY,
@@ -68,7 +100,7 @@ pub fn gather_emitters(
     for ray in 0..settings.ray_count {
         let point = chosen(parts, receiver, settings, ray, &mut reached.margin);
         if let Some(point) = point.filter(|point| point.irradiance != DVec3::ZERO)
-            && !is_hidden(grid, &point, receiver, (settings, ray), &mut reached.margin)
+            && !is_hidden(&point, ray, &mut reached.margin)
         {
             reached.irradiance += point.irradiance / f64::from(settings.ray_count);
         }

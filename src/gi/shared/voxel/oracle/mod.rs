@@ -18,7 +18,9 @@ mod tests;
 mod touching;
 
 pub use bounce::{bounce_rays, bounce_receiver, voxel_pattern};
-pub use emitters::{EmitterPart, PointSettings, Reached, gather_emitters, unhidden};
+pub use emitters::{
+    EmitterPart, PointSettings, Reached, gather_emitters, gather_emitters_triangles, unhidden,
+};
 pub use fragments::{
     Fragment, ONE_PLANE, OPPOSED, PARALLEL, VoxelSum, fragments, front_of, resolve, voxelize,
 };

@@ -374,7 +374,7 @@ pub fn gather_triangles(
 
 /// Distance at which a ray meets a triangle, from either side: the signed volumes of its edges with
 /// the ray have one sign.
-fn meets([a, b, c]: &[DVec3; 3], origin: DVec3, direction: DVec3) -> Option<f64> {
+pub(super) fn meets([a, b, c]: &[DVec3; 3], origin: DVec3, direction: DVec3) -> Option<f64> {
     let volumes = [(a, b), (b, c), (c, a)]
         .map(|(from, to)| direction.dot((*from - origin).cross(*to - origin)));
     let sum: f64 = volumes.iter().sum();

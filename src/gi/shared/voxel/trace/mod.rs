@@ -16,9 +16,11 @@ use super::VoxelRecords;
 use super::build::linear_groups;
 use crate::gi::shared::loops::LOOP_BUDGET;
 use crate::gpu_struct;
-use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu};
-use crate::render::bvh::SceneRays;
+use crate::graph::pass::join;
+use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Pass, Sets, Shaders};
+use crate::render::bvh::{self, SceneRays, TURNS_A_RAY};
 use crate::render::{GpuScene, Receivers};
+use crate::shader::GpuStruct;
 
 gpu_struct! {
     /// Parameters of `voxel.gather_rays`, `voxel.gather_triangles` and `voxel.gather_emitters`.
@@ -37,8 +39,7 @@ gpu_struct! {
         pub end_ray: u32,
         /// Of a tile of pixels, as [`crate::gi::shared::interleave::Pattern`] packs it.
         pub pattern: u32,
-        /// Start along the geometric normal (voxels; against triangles a share of coordinates and
-        /// distances).
+        /// Start along the geometric normal (voxels); not read against triangles.
         pub start_offset: f32,
         /// Lowest surface over the tangent planes that can be hit (voxels).
         pub self_height: f32,
@@ -92,12 +93,15 @@ const BOUNCE: [Binding; 2] = [
     Binding::buffer("voxel_irradiance", Access::ComputeReadWrite),
 ];
 
-/// Where the rays of a pixel start against triangles: the rounding of positions from the depth
-/// buffer, as a share of distances and coordinates, and room.
-const START_SHARE: f32 = 2e-5;
-
-/// Turns of loops that a ray against triangles is trusted to stay below.
-const TURNS_AGAINST_TRIANGLES: u32 = 1024;
+/// [`SpacePasses::gather_emitters`] by rays against the scene's triangles, which needs no space.
+pub static GATHER_EMITTERS_BY_TRIANGLES: Pass = Pass {
+    name: "voxel.gather_emitters_triangles",
+    shaders: Shaders::Compute("gi/shared/voxel/trace/emitters_by_rays.comp"),
+    bindings: &join::<5, 4, 9>(bvh::BINDINGS, emitters::PIXEL),
+    constants: &bvh::CONSTANTS,
+    params: Some(RayParams::LAYOUT),
+    sets: Sets::Scene,
+};
 
 /// Rays of pixels and of voxels.
 pub struct RayTracer {
@@ -134,17 +138,8 @@ impl RayTracer {
     ) {
         let s = &self.settings;
         let triangles = triangles.filter(|_| s.meets_triangles);
-        let turns = space.turns + triangles.map_or(0, |_| TURNS_AGAINST_TRIANGLES);
-        for [first_ray, end_ray] in dispatches(s.count, turns) {
-            let start_offset = if triangles.is_some() {
-                START_SHARE
-            } else {
-                s.start_offset
-            };
-            let params = RayParams {
-                start_offset,
-                ..self.pixel_params(space, 0, [first_ray, end_ray])
-            };
+        let turns = space.turns + triangles.map_or(0, |_| TURNS_A_RAY);
+        for rays in dispatches(s.count, turns) {
             let pass = match triangles {
                 Some(triangles) => {
                     triangles.bind(space.pass(frame, &space.passes.gather_triangles))
@@ -154,27 +149,32 @@ impl RayTracer {
             pass.bind("view_depth", receivers.view_depth)
                 .bind("normals", receivers.normals)
                 .bind("indirect_diffuse", receivers.light)
-                .push(&params)
+                .push(&self.pixel_params(space, 0, rays))
                 .dispatch(receivers.groups());
         }
         if let Some(points) = &self.points {
-            self.gather_emitters(frame, receivers, space, points);
+            self.gather_emitters(frame, receivers, space, triangles, points);
         }
     }
 
     /// Adds what reaches these surfaces from points of what emits to what was gathered, by as many
-    /// rays a pixel as the gather has.
+    /// rays a pixel as the gather has. With `triangles` only these hide the points, otherwise
+    /// voxels do.
     pub fn gather_emitters(
         &self,
         frame: &mut Frame,
         receivers: &Receivers<'_>,
         space: &Space<'_>,
+        triangles: Option<&SceneRays>,
         points: &EmitterPoints,
     ) {
-        for rays in dispatches(self.settings.count, space.turns + emitters::TURNS) {
-            space
-                .pass(frame, &space.passes.gather_emitters)
-                .bind("emitter_parts", &points.parts)
+        let turns = triangles.map_or(space.turns, |_| TURNS_A_RAY);
+        for rays in dispatches(self.settings.count, turns + emitters::TURNS) {
+            let pass = match triangles {
+                Some(triangles) => triangles.bind(frame.pass(&GATHER_EMITTERS_BY_TRIANGLES)),
+                None => space.pass(frame, &space.passes.gather_emitters),
+            };
+            pass.bind("emitter_parts", &points.parts)
                 .bind("view_depth", receivers.view_depth)
                 .bind("normals", receivers.normals)
                 .bind("indirect_diffuse", receivers.light)
