@@ -150,6 +150,39 @@ fn law(candidate: &Candidate) -> Option<[f64; 3]> {
     Some([slower * ms, worse * error, bytes])
 }
 
+/// As [`law`], but `tree` is wrong at its simplest, and from there on as good as `rays` in less time.
+fn late(candidate: &Candidate) -> Option<[f64; 3]> {
+    if candidate.technique != "tree" {
+        return law(candidate);
+    }
+    if resolution(candidate) < 16.0 {
+        return Some([6.0, 50.0, 1e5]);
+    }
+    let rays = Candidate {
+        technique: "rays".to_owned(),
+        ..candidate.clone()
+    };
+    law(&rays).map(|[ms, error, bytes]| [0.7 * ms, error, bytes])
+}
+
+/// The settings of the best are tried in other techniques, which may be bad at their simplest.
+#[test]
+fn what_is_bad_at_its_simplest_is_found() {
+    let all = grid();
+    for bounds in [error_bound(0.2), error_bound(0.12), error_bound(0.05)] {
+        let found = Planted::new(late, all.clone()).search(bounds);
+        let best = found.best.map(|best| late(&all[best]).unwrap()[0]).unwrap();
+        let least = truth(late, &all, &bounds).unwrap();
+        println!("{best} of {least}, {} measured", found.measured.len());
+        assert!(best <= 1.1 * least, "{best} of {least}");
+        assert!(
+            5 * found.measured.len() <= 2 * all.len(),
+            "{}",
+            found.measured.len()
+        );
+    }
+}
+
 /// The best of all by measuring each.
 fn truth(law: Law, candidates: &[Candidate], bounds: &Bounds) -> Option<f64> {
     let met = candidates.iter().filter_map(|candidate| {

@@ -34,6 +34,18 @@ impl Candidate {
             .product()
     }
 
+    /// Whether it is the other one in another technique: the same preset, and the same values of
+    /// all settings that both have.
+    pub(super) fn is_elsewhere(&self, other: &Candidate) -> bool {
+        let is_alike = |(name, value): (&String, &String)| {
+            (other.settings.get(name)).is_none_or(|others| others == value)
+        };
+        self.technique != other.technique
+            && self.preset == other.preset
+            && self.changes == other.changes
+            && self.settings.iter().all(is_alike)
+    }
+
     /// Whether it is the other one with less of some amount and more of none.
     pub(super) fn is_less(&self, other: &Candidate) -> bool {
         let is_no_more = |name: &String| {

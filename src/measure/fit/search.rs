@@ -95,7 +95,12 @@ impl<'t, T: Trial> Search<'t, T> {
         for candidate in self.simplest() {
             self.measure(candidate)?;
         }
-        self.explore(usize::MAX)?;
+        loop {
+            self.explore(usize::MAX)?;
+            if !self.ask_others()? {
+                break;
+            }
+        }
         self.halve()?;
         let mut left = LOCAL;
         let mut centres = BTreeSet::new();
@@ -193,6 +198,25 @@ impl<'t, T: Trial> Search<'t, T> {
     /// The figures of the best that is known, where something meets the bounds.
     fn best_figures(&self) -> Option<Figures> {
         self.trial.figures(self.best(0.0)?)
+    }
+
+    /// Measures the settings of the best in other techniques that have them: one that is bad at its
+    /// simplest may be good there, which no estimate expects. Returns whether any was measured.
+    fn ask_others(&mut self) -> Result<bool, T::Error> {
+        let Some(best) = self.best(0.0).or_else(|| self.nearest()) else {
+            return Ok(false);
+        };
+        let too_much = self.too_much();
+        let is_open = |candidate: &usize| {
+            self.candidates[*candidate].is_elsewhere(&self.candidates[best])
+                && !self.is_measured(*candidate)
+                && !self.is_ruled_out(*candidate, &too_much)
+        };
+        let others: Vec<usize> = (0..self.candidates.len()).filter(is_open).collect();
+        for other in &others {
+            self.measure(*other)?;
+        }
+        Ok(!others.is_empty())
     }
 
     /// Measures what promises most, until nothing promises enough or `limit` measurements were
