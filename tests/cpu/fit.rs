@@ -150,7 +150,7 @@ fn law(candidate: &Candidate) -> Option<[f64; 3]> {
     Some([slower * ms, worse * error, bytes])
 }
 
-/// As [`law`], but `tree` is wrong at its simplest, and from there on as good as `rays` in less time.
+/// As [`law`], but `tree` is wrong at its simplest, and beyond as good as `rays` in less time.
 fn late(candidate: &Candidate) -> Option<[f64; 3]> {
     if candidate.technique != "tree" {
         return law(candidate);
