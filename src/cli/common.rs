@@ -5,8 +5,7 @@ use std::io::{ErrorKind, Write as _};
 use std::sync::OnceLock;
 use std::time::Duration;
 
-use crate::gi::Context;
-use crate::gi::entry::{Entry, Suited};
+use crate::gi::entry::Entry;
 use crate::gi::registry::{DEFAULT, find, owners};
 use crate::gi::{SettingError, Settings};
 use crate::graph::{DeviceChoice, Faults, GpuOptions};
@@ -164,10 +163,10 @@ pub(super) struct TechniqueArgs {
     technique: String,
     /// Preset of the technique.
     #[arg(long)]
-    preset: Option<String>,
+    pub(super) preset: Option<String>,
     /// One setting of the technique, on top of the preset; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE")]
-    set: Vec<String>,
+    pub(super) set: Vec<String>,
 }
 
 impl TechniqueArgs {
@@ -187,32 +186,6 @@ impl TechniqueArgs {
             );
         }
         Ok((entry, settings))
-    }
-
-    /// The same settings, and on top of them what suits the scene, where no preset is named: what
-    /// is set by name stays.
-    pub(super) fn suit(
-        &self,
-        (entry, settings): (&'static Entry, Settings),
-        context: &Context<'_>,
-    ) -> Result<(Settings, Option<Suited>), CliError> {
-        if self.preset.is_some() {
-            return Ok((settings, None));
-        }
-        let Some(mut suited) = (entry.suit)(context, &self.set).map_err(CliError::failed)? else {
-            return Ok((settings, None));
-        };
-        let name = |pair: &str| pair.split('=').next().unwrap_or_default().trim().to_owned();
-        let named: Vec<String> = self.set.iter().map(|pair| name(pair)).collect();
-        suited.pairs.retain(|pair| !named.contains(&name(pair)));
-        let pairs: Vec<String> = suited.pairs.iter().chain(&self.set).cloned().collect();
-        // What had no effect before has been said.
-        let said = entry.without_effect(&self.set, &settings);
-        let unsaid = |pair: &&String| !said.contains(&name(pair).as_str());
-        let new: Vec<String> = self.set.iter().filter(unsaid).cloned().collect();
-        let settings = entry.settings(None, &pairs).map_err(bad_setting)?;
-        warn_of_idle([(entry, &settings)], &new);
-        Ok((settings, Some(suited)))
     }
 
     /// The preset that the settings started from.

@@ -2,12 +2,14 @@
 
 use std::path::PathBuf;
 
+use crate::gi::Context;
 use crate::graph::{Gpu, GpuOptions};
 use crate::measure::bench::Case;
 use crate::measure::explain::{Budget, ExplainError, Row, Step, Subject, explain};
 use crate::measure::report::Timing;
 use crate::metrics::Channel;
 use crate::reference::Bounces;
+use crate::render::GpuScene;
 use crate::text::counted;
 
 use super::CliError;
@@ -17,6 +19,7 @@ use super::common::{
 };
 use super::files::Files;
 use super::frame::FrameArgs;
+use super::suited::suit;
 use super::write::write_report;
 
 /// Split the error of a technique into its sources: replace one approximation at a time by the
@@ -89,7 +92,21 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         ..options
     })
     .map_err(CliError::failed)?;
-    let frame = args.frame.settings(args.size);
+    let gpu_scene = GpuScene::new(&gpu, &scene).map_err(CliError::failed)?;
+    let context = Context {
+        gpu: &gpu,
+        scene: &gpu_scene,
+        size: args.size.into(),
+        eye: scene.camera.eye,
+    };
+    let (settings, frame) = suit(
+        &args.technique,
+        (entry, settings),
+        &args.frame,
+        &context,
+        quiet,
+    )?;
+    drop(gpu_scene);
     let case = Case {
         entry,
         preset: args.technique.preset(entry),

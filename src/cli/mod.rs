@@ -22,6 +22,7 @@ mod scene;
 mod sequence;
 mod stop;
 mod stress;
+mod suited;
 mod techniques;
 mod view;
 mod voxelize;

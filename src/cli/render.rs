@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::frame::{FrameSettings, Renderer};
+use crate::frame::Renderer;
 use crate::gi::Context;
-use crate::gi::entry::{Entry, Suited};
+use crate::gi::entry::Entry;
 use crate::gi::inspect::ViewRow;
 use crate::gi::settings::Settings;
 use crate::graph::{FrameStats, Gpu, GpuOptions, PassTimes, TimesAccumulator};
@@ -23,6 +23,7 @@ use super::files::Files;
 use super::frame::FrameArgs;
 use super::picture::PictureArgs;
 use super::sequence::SequenceArgs;
+use super::suited::suit;
 
 /// Render a scene with one technique.
 #[derive(clap::Args)]
@@ -121,12 +122,13 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         size,
         eye: scene.camera.eye,
     };
-    let (settings, suited) = args.technique.suit((entry, settings), &context)?;
-    let maps = suited.as_ref().and_then(|suited| suited.shadow_resolution);
-    let frame = args.frame.suited(args.picture.size, maps);
-    if let Some(suited) = suited.filter(|_| !quiet) {
-        eprintln!("{}", chosen(&suited, &settings, &frame));
-    }
+    let (settings, frame) = suit(
+        &args.technique,
+        (entry, settings),
+        &args.frame,
+        &context,
+        quiet,
+    )?;
     let (mut renderer, build) = while_shown(quiet, format!("building {}", entry.name), || {
         Renderer::of(&gpu, gpu_scene, entry, &settings, frame)
     })
@@ -202,26 +204,6 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         }
     }
     Ok(())
-}
-
-/// What was chosen for the scene, why, and what it would need to be right.
-fn chosen(suited: &Suited, settings: &Settings, frame: &FrameSettings) -> String {
-    let pairs: Vec<String> = settings
-        .iter()
-        .filter(|(name, _)| {
-            let start = format!("{name}=");
-            suited.pairs.iter().any(|pair| pair.starts_with(&start))
-        })
-        .map(|(name, value)| format!("{name}={value}"))
-        .chain([format!("maps of {}²", frame.shadows.resolution)])
-        .collect();
-    let needs = suited.needs.iter().map(|needs| format!("; {needs}"));
-    format!(
-        "chosen for this scene: {} ({}){}",
-        pairs.join(", "),
-        suited.because,
-        needs.collect::<String>()
-    )
 }
 
 /// What the technique does not compute, so that a reference with other bounces is not mistaken for

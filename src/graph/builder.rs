@@ -173,11 +173,6 @@ impl<'f> PassBuilder<'f> {
         self.add(name, Resource::Image(Arc::clone(image), mip..mip + 1))
     }
 
-    /// Binds a range of mips of a sampled image.
-    pub fn bind_mips(self, name: &str, image: &Arc<Image>, mips: std::ops::Range<u32>) -> Self {
-        self.add(name, Resource::Image(Arc::clone(image), mips))
-    }
-
     /// Sets a specialization constant.
     pub fn constant(mut self, name: &str, value: impl Into<u32>) -> Self {
         let names = self.pass.constants.iter().copied();

@@ -22,7 +22,7 @@ pub fn read_aov(
         Aov::Full => rgb(&output.radiance),
         Aov::Direct => rgb(&output.direct),
         Aov::Indirect => rgb(&output.indirect),
-        Aov::Diffuse => rgb(&light.diffuse),
+        Aov::Diffuse => read_irradiance(gpu, gbuffer, light),
         Aov::Specular => light
             .specular
             .as_ref()
@@ -36,20 +36,12 @@ pub fn read_aov(
                 radiance.pixels[i] - direct.pixels[i] - indirect.pixels[i]
             }))
         }
-        Aov::Albedo => {
-            let halves: Vec<u16> =
-                bytemuck::pod_collect_to_vec(&gpu.read_image(&gbuffer.albedo, 0, 0)?);
-            Ok(image_of(
-                gbuffer,
-                halves.chunks_exact(4).map(|texel| {
-                    Vec3::new(
-                        float_from_half(texel[0]),
-                        float_from_half(texel[1]),
-                        float_from_half(texel[2]),
-                    )
-                }),
-            ))
-        }
+        Aov::Albedo => Ok(image_of(
+            gbuffer,
+            halves(gpu, &gbuffer.albedo)?
+                .into_iter()
+                .map(|texel| Vec3::new(texel[0], texel[1], texel[2])),
+        )),
         Aov::Normal => read_normals(gpu, gbuffer, 1),
         Aov::Depth => Ok(image_of(
             gbuffer,
@@ -72,13 +64,34 @@ pub fn read_indirect(
     let specular = light.specular.as_ref();
     let visibility = read_visibility(gpu, gbuffer, light)?.pixels;
     Ok(IndirectImage {
-        irradiance: read_rgb(gpu, gbuffer, &light.diffuse)?,
+        irradiance: read_irradiance(gpu, gbuffer, light)?,
         specular: specular.map_or_else(
             || Ok(Image::new(width, height)),
             |image| read_rgb(gpu, gbuffer, image),
         )?,
         visibility: visibility.into_iter().map(|open| open.x).collect(),
     })
+}
+
+/// How much of the indirect light on the mean of the normals in a pixel falls on themselves, where
+/// their mean has that length ([`GBuffer::albedo`]). Irradiance is linear in the normal where no
+/// surface cuts light off, which loses 1 − length. Of light from everywhere above the surface half
+/// as much is lost. This is between the two (`docs/measured/rays.md`).
+pub fn share_of_spread(length: f32) -> f32 {
+    1.0 - 0.75 * (1.0 - length)
+}
+
+/// Irradiance on the shading normals in each pixel, from that on their mean direction, which
+/// techniques answer.
+fn read_irradiance(gpu: &Gpu, gbuffer: &GBuffer, light: &IndirectLight) -> Result<Image, Error> {
+    let on_mean = floats(gpu, &light.diffuse)?;
+    let albedo = halves(gpu, &gbuffer.albedo)?;
+    let texels = on_mean.chunks_exact(4).zip(albedo);
+    let irradiance = texels.map(|(texel, [.., length])| match length {
+        0.0 => Vec3::ZERO,
+        _ => share_of_spread(length) * Vec3::new(texel[0], texel[1], texel[2]),
+    });
+    Ok(image_of(gbuffer, irradiance))
 }
 
 /// Ambient visibility as a grey.
@@ -90,6 +103,15 @@ fn read_visibility(gpu: &Gpu, gbuffer: &GBuffer, light: &IndirectLight) -> Resul
 
 fn floats(gpu: &Gpu, image: &Arc<GpuImage>) -> Result<Vec<f32>, Error> {
     Ok(bytemuck::pod_collect_to_vec(&gpu.read_image(image, 0, 0)?))
+}
+
+/// The texels of an RGBA16F image.
+fn halves(gpu: &Gpu, image: &Arc<GpuImage>) -> Result<Vec<[f32; 4]>, Error> {
+    let texels: Vec<[u16; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_image(image, 0, 0)?);
+    Ok(texels
+        .into_iter()
+        .map(|texel| texel.map(float_from_half))
+        .collect())
 }
 
 fn read_rgb(gpu: &Gpu, gbuffer: &GBuffer, image: &Arc<GpuImage>) -> Result<Image, Error> {
@@ -146,8 +168,14 @@ pub fn read_pixel(
         return Ok(None);
     }
     let normals = bytemuck::pod_read_unaligned(&gpu.read_texel(&gbuffer.normals, texel)?);
-    let albedo = bytemuck::pod_read_unaligned(&gpu.read_texel(&gbuffer.albedo, texel)?);
-    Ok(SurfacePixel::unpack(depth_m, normals, albedo))
+    let roughness = match &gbuffer.specular {
+        Some(image) => {
+            let lobe: [u16; 4] = bytemuck::pod_read_unaligned(&gpu.read_texel(image, texel)?);
+            float_from_half(lobe[3])
+        }
+        None => 0.0,
+    };
+    Ok(SurfacePixel::unpack(depth_m, normals, roughness))
 }
 
 /// Reads all pixels of the G-buffer, row by row.
@@ -155,22 +183,24 @@ pub fn read_pixels(gpu: &Gpu, gbuffer: &GBuffer) -> Result<Vec<Option<SurfacePix
     let depths = floats(gpu, &gbuffer.view_depth)?;
     let normals: Vec<[u32; 2]> =
         bytemuck::pod_collect_to_vec(&gpu.read_image(&gbuffer.normals, 0, 0)?);
-    let albedos: Vec<[u16; 4]> =
-        bytemuck::pod_collect_to_vec(&gpu.read_image(&gbuffer.albedo, 0, 0)?);
-    let texels = depths.into_iter().zip(normals).zip(albedos);
-    let pixels =
-        texels.map(|((depth_m, normals), albedo)| SurfacePixel::unpack(depth_m, normals, albedo));
+    let roughness = match &gbuffer.specular {
+        Some(image) => halves(gpu, image)?.iter().map(|lobe| lobe[3]).collect(),
+        None => vec![0.0; depths.len()],
+    };
+    let texels = depths.into_iter().zip(normals).zip(roughness);
+    let pixels = texels
+        .map(|((depth_m, normals), roughness)| SurfacePixel::unpack(depth_m, normals, roughness));
     Ok(inside(gbuffer, pixels).collect())
 }
 
 impl SurfacePixel {
-    fn unpack(depth_m: f32, normals: [u32; 2], albedo: [u16; 4]) -> Option<SurfacePixel> {
+    fn unpack(depth_m: f32, normals: [u32; 2], roughness: f32) -> Option<SurfacePixel> {
         let [geometric_normal, shading_normal] = normals.map(unit_from_octahedral);
         (depth_m > 0.0).then(|| SurfacePixel {
             depth_m,
             geometric_normal,
             shading_normal,
-            roughness: float_from_half(albedo[3]).max(0.0),
+            roughness: roughness.max(0.0),
         })
     }
 }
@@ -196,26 +226,14 @@ pub enum SurfaceChannel {
 
 /// Reads a channel of the G-buffer; 0 where there is no surface.
 pub fn read_surface(gpu: &Gpu, gbuffer: &GBuffer, channel: SurfaceChannel) -> Result<Image, Error> {
-    let halves = |image: &Arc<GpuImage>| {
-        Ok::<Vec<u16>, Error>(bytemuck::pod_collect_to_vec(&gpu.read_image(image, 0, 0)?))
+    let lobe = |part: fn([f32; 4]) -> Vec3| match &gbuffer.specular {
+        Some(image) => Ok(image_of(gbuffer, halves(gpu, image)?.into_iter().map(part))),
+        None => Ok(Image::new(gbuffer.size[0], gbuffer.size[1])),
     };
     match channel {
         SurfaceChannel::GeometricNormal => read_normals(gpu, gbuffer, 0),
-        SurfaceChannel::Roughness => Ok(image_of(
-            gbuffer,
-            halves(&gbuffer.albedo)?
-                .chunks_exact(4)
-                .map(|texel| Vec3::splat(float_from_half(texel[3]).max(0.0))),
-        )),
-        SurfaceChannel::F0 => match &gbuffer.specular {
-            Some(image) => Ok(image_of(
-                gbuffer,
-                halves(image)?
-                    .chunks_exact(4)
-                    .map(|texel| Vec3::from([0, 1, 2].map(|c| float_from_half(texel[c])))),
-            )),
-            None => Ok(Image::new(gbuffer.size[0], gbuffer.size[1])),
-        },
+        SurfaceChannel::Roughness => lobe(|lobe| Vec3::splat(lobe[3].max(0.0))),
+        SurfaceChannel::F0 => lobe(|lobe| Vec3::new(lobe[0], lobe[1], lobe[2])),
         SurfaceChannel::Motion => read_motion(gpu, gbuffer, |texel| {
             Vec3::new(texel[0], texel[1], texel[2])
         }),

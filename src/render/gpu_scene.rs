@@ -9,6 +9,7 @@ use glam::Vec3;
 use super::emitters::{Emitter, emitters};
 use super::grid::Grid;
 use super::lights::views::{LightCascades, ViewRanges};
+use super::mean_normals::levels_of_means;
 use crate::gpu_struct;
 use crate::graph::{
     Buffer, BufferDesc, BufferUsage, DrawBatch, Error, Frame, FrameStats, Gpu, Image, ImageDesc,
@@ -674,7 +675,8 @@ fn material_sets(
     Ok(sets.collect::<Result<Vec<_>, _>>()?.into())
 }
 
-/// A texture with its whole mip chain; colours are filtered in linear light.
+/// A texture with its whole mip chain; colours are filtered in linear light, normals to their
+/// means.
 fn upload_texture(gpu: &Gpu, texture: &Texture) -> Result<Arc<Image>, Error> {
     let format = match texture.kind {
         TextureKind::Color => vk::Format::R8G8B8A8_SRGB,
@@ -692,8 +694,14 @@ fn upload_texture(gpu: &Gpu, texture: &Texture) -> Result<Arc<Image>, Error> {
         owner: Owner::Shared,
     })?;
     gpu.upload_image(&image, 0, 0, cast_slice(&texture.texels))?;
-    let mut frame = Frame::new();
-    frame.blit_mips("scene.texture_mips", &image);
-    gpu.submit(frame)?;
+    if texture.kind == TextureKind::Normal {
+        for (mip, texels) in (1..).zip(levels_of_means(texture)) {
+            gpu.upload_image(&image, mip, 0, cast_slice(&texels))?;
+        }
+    } else {
+        let mut frame = Frame::new();
+        frame.blit_mips("scene.texture_mips", &image);
+        gpu.submit(frame)?;
+    }
     Ok(image)
 }

@@ -7,12 +7,13 @@ pub mod emitters;
 mod gpu_scene;
 mod grid;
 mod lights;
+mod mean_normals;
 pub mod oracle;
 mod screen;
 
 pub use aov::{
     MapChannel, SurfaceChannel, SurfacePixel, read_aov, read_indirect, read_light_map, read_pixel,
-    read_pixels, read_surface,
+    read_pixels, read_surface, share_of_spread,
 };
 pub(crate) use aov::{float_from_half, read_weights};
 pub use emitters::Emitter;

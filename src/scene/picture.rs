@@ -70,7 +70,7 @@ pub(super) fn read(
     let (width, height, mut texels) = decode(path)?;
     match wanted {
         Use::Color => adjust_colors(&mut texels, [base, gain]),
-        Use::Normal => {}
+        Use::Normal => make_unit(&mut texels),
         Use::Mask => {
             mask_from_alpha(&mut texels);
             adjust_masks(&mut texels, [base, gain]);
@@ -80,6 +80,7 @@ pub(super) fn read(
                 "{}: named as a bump map but holds normals; read as a normal map",
                 path.display()
             );
+            make_unit(&mut texels);
         }
         Use::Bump(multiplier) => {
             let height_texels = multiplier * gain * BUMP_HEIGHT_TEXELS;
@@ -198,6 +199,27 @@ fn is_normal_map(texels: &[[u8; 4]]) -> bool {
     2 * bluish > texels.len()
 }
 
+/// How far the length of a unit vector is off by 8 bits a component.
+const UNIT_ERROR: f32 = 0.007;
+
+/// Makes normals unit vectors that are not. A length that is left is that of a mean: a pixel of
+/// several texels that differ.
+fn make_unit(texels: &mut [[u8; 4]]) {
+    for texel in texels {
+        let [x, y, z, _] = texel.map(|component| f32::from(component) / 127.5 - 1.0);
+        let normal = Vec3::new(x, y, z);
+        if (normal.length() - 1.0).abs() > UNIT_ERROR {
+            *texel = texel_of(normal.normalize());
+        }
+    }
+}
+
+/// A unit vector as a texel. (A texel's own vector is never 0: 127.5 is no integer.)
+fn texel_of(normal: Vec3) -> [u8; 4] {
+    let [x, y, z] = ((normal * 0.5 + 0.5) * 255.0).to_array();
+    [x.round() as u8, y.round() as u8, z.round() as u8, 255]
+}
+
 /// Normals (x right, y up, z out of the surface) of a height field by central differences with
 /// repeat addressing; `height_texels` is the height of white.
 fn normals_from_heights(
@@ -215,13 +237,9 @@ fn normals_from_heights(
         for x in 0..columns {
             let slope_right = 0.5 * (at(x + 1, y) - at(x + columns - 1, y));
             let slope_up = 0.5 * (at(x, y + rows - 1) - at(x, y + 1));
-            let encoded = (Vec3::new(-slope_right, -slope_up, 1.0).normalize() * 0.5 + 0.5) * 255.0;
-            normals.push([
-                encoded.x.round() as u8,
-                encoded.y.round() as u8,
-                encoded.z.round() as u8,
-                255,
-            ]);
+            normals.push(texel_of(
+                Vec3::new(-slope_right, -slope_up, 1.0).normalize(),
+            ));
         }
     }
     normals
@@ -238,6 +256,23 @@ mod tests {
                 .iter()
                 .all(|texel| *texel == [128, 128, 255, 255])
         );
+    }
+
+    #[test]
+    fn normals_become_unit_vectors_and_those_that_are_stay() {
+        let slanted = texel_of(Vec3::new(0.48, -0.6, 0.64));
+        let mut texels = [
+            [128, 128, 255, 255],
+            slanted,
+            [128, 128, 191, 255],
+            [158, 90, 168, 255],
+            [0, 0, 0, 255],
+        ];
+        make_unit(&mut texels);
+        assert_eq!(texels[..2], [[128, 128, 255, 255], slanted]);
+        assert_eq!(texels[2], [128, 128, 255, 255]);
+        assert_eq!(texels[3], slanted);
+        assert_eq!(texels[4], [54, 54, 54, 255]);
     }
 
     #[test]

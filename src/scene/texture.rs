@@ -9,7 +9,7 @@ pub enum TextureKind {
     Color,
     /// Linear coverage in red; a surface is there where it is 0.5 or more.
     Mask,
-    /// Linear tangent-space normal, (n + 1) / 2.
+    /// Linear tangent-space normal, (n + 1) / 2; n is a unit vector as far as 8 bits go.
     Normal,
 }
 

@@ -4,6 +4,7 @@
 
 use std::sync::Arc;
 
+use crate::support::compare::{Largest, exceeds};
 use crate::support::surfaces::{
     Drawn, GBufferPixel, centre, draw_gbuffer, every_surface, lit_by, seen_from, sheet,
 };
@@ -24,7 +25,7 @@ use lumivox::render::{
     ShadowFilter, ShadowSettings, SurfaceChannel, Watcher, read_aov, read_indirect, read_light_map,
     read_surface,
 };
-use lumivox::scene::{Camera, Light, Material, Scene, Specular};
+use lumivox::scene::{Camera, Light, Material, Scene, Specular, Texture, TextureKind};
 use rayon::prelude::*;
 
 const SIZE: [u32; 2] = [64, 48];
@@ -54,7 +55,7 @@ fn reflector(drawn: &Drawn, pixel: usize, of: &GBufferPixel) -> Option<Reflector
         geometric_normal: xyz(of, 1),
         shading_normal: xyz(of, 4),
         to_eye: -direction.normalize(),
-        albedo: xyz(of, 7),
+        albedo: of[17] * xyz(of, 7),
         roughness: (of[10] >= 0.0).then_some(of[10]),
         f0: xyz(of, 11),
     })
@@ -843,6 +844,68 @@ fn direct_light_of_the_reference_is_that_of_exact_rays() {
     }
 }
 
+/// A floor whose normal map turns every other texel 37° to the left and the others 37° to the
+/// right, 8 and more of them in each pixel. Their mean, and that of the normals between them, has a
+/// length of 0.92. So much light they reflect, as the path tracer says, which looks at one place at
+/// a time.
+#[test]
+fn normals_that_differ_within_a_pixel_share_its_light() {
+    let gpu = gpu();
+    let mut builder = Builder::default();
+    let [left, right] = [[51, 128, 230, 255], [204, 128, 230, 255]];
+    builder.scene.textures = vec![Texture {
+        name: "ridges".into(),
+        kind: TextureKind::Normal,
+        width: 2,
+        height: 2,
+        texels: vec![left, right, left, right],
+    }];
+    let ridged = builder.material(Material {
+        albedo: Vec3::new(0.75, 0.5, 0.25),
+        normal_texture: Some(0),
+        ..Material::default()
+    });
+    sheet(
+        &mut builder,
+        ridged,
+        [Vec3::ZERO, Vec3::Z * 4.0, Vec3::X * 4.0],
+        [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y].map(|uv| 512.0 * uv),
+        0.0,
+    );
+    let camera = Camera {
+        eye: Vec3::new(2.0, 3.0, 2.0),
+        target: Vec3::new(2.0, 0.0, 2.0),
+        up: Vec3::Z,
+        vfov_deg: 50.0,
+    };
+    let sun = Light::Directional {
+        direction: Vec3::new(0.2, -1.0, 0.1).normalize(),
+        irradiance: Vec3::ONE,
+    };
+    let scene = builder.finish("ridges", vec![sun], Vec3::ZERO, camera);
+    let lit = light_up(&gpu, &scene, SIZE, 256);
+    let settings = reference::Settings {
+        width: SIZE[0],
+        height: SIZE[1],
+        bounces: Bounces::Count(0),
+        filter: Filter::Box,
+        sampling: Sampling::Fixed { spp: 64 },
+        seed: 1,
+    };
+    let traced = reference::render(&scene, &settings, &|_| {}).unwrap();
+    let count = lit.seen.len() as f64;
+    let seen: DVec3 = lit.seen.iter().sum::<DVec3>() / count;
+    let right: DVec3 = (traced.direct.pixels.iter())
+        .map(|pixel| pixel.as_dvec3())
+        .sum::<DVec3>()
+        / count;
+    let ratio = seen / right;
+    assert!(
+        !exceeds((ratio - 1.0).abs().largest(), 0.012),
+        "{seen} of {right}: {ratio}"
+    );
+}
+
 /// An image of the screen's size with random texels of 0 to 2.
 fn planted(
     gpu: &Gpu,
@@ -946,11 +1009,16 @@ fn the_composite_is_the_sum_and_outputs_are_its_terms() {
                 DVec3::ZERO
             }
         };
+        let received = |pixel: usize| {
+            of_surface(
+                pixel,
+                (0.25 + 0.75 * pixels[pixel][17]) * rgb(irradiance[pixel]),
+            )
+        };
         let indirect = |pixel: usize| {
             of_surface(
                 pixel,
-                xyz(&pixels[pixel], 7) / std::f64::consts::PI * rgb(irradiance[pixel])
-                    + specular(pixel),
+                xyz(&pixels[pixel], 7) / std::f64::consts::PI * received(pixel) + specular(pixel),
             )
         };
         let emitted = |pixel: usize| {
@@ -964,7 +1032,7 @@ fn the_composite_is_the_sum_and_outputs_are_its_terms() {
             Aov::Full => emitted(pixel) + rgb(reflected[pixel]) + indirect(pixel),
             Aov::Direct => rgb(reflected[pixel]),
             Aov::Indirect => indirect(pixel),
-            Aov::Diffuse => rgb(irradiance[pixel]),
+            Aov::Diffuse => received(pixel),
             Aov::Specular => specular(pixel),
             Aov::Visibility => DVec3::splat(irradiance[pixel][3].into()),
             Aov::Emission => emitted(pixel),

@@ -66,6 +66,7 @@ fn gbuffer_tolerance(
             1e-6 + HALF_ERROR * expected[channel] + texels(material.albedo_texture.is_some(), 1.0)
         }
         10 => 1e-6 + HALF_ERROR * expected[10].abs(),
+        17 => 1e-6 + texels(material.normal_texture.is_some(), 0.0),
         _ => {
             1e-6 + 1e-6 * expected[channel]
                 + texels(
@@ -77,7 +78,7 @@ fn gbuffer_tolerance(
     std::array::from_fn(of_channel)
 }
 
-fn allowed_pixels(scene: &Scene, drawn: &Drawn) -> Vec<Vec<Choice<17>>> {
+fn allowed_pixels(scene: &Scene, drawn: &Drawn) -> Vec<Vec<Choice<18>>> {
     let scenery = Scenery::new(scene);
     let of = |triangle, at| {
         Some(gbuffer_pixel(&scenery.surface(

@@ -134,9 +134,9 @@ fn pixels(gpu: &Gpu, view: &View, eye: DVec3) -> Vec<Pixel> {
     let of = |([x, y], receiver): &([u32; 2], Receiver)| {
         let at = (x + view.gbuffer.size[0] * y) as usize;
         let [albedo, f0] = [albedo[at], f0[at]].map(|texel| DVec4::from(texel.map(half)));
-        let gloss = (albedo.w >= 0.0).then_some(Gloss {
+        let gloss = (f0.w >= 0.0).then_some(Gloss {
             f0: f0.truncate(),
-            roughness: albedo.w,
+            roughness: f0.w,
         });
         Pixel {
             at: [*x, *y],

@@ -91,12 +91,12 @@ pub fn planted_errors_fail<const N: usize>(seen: &[[f64; N]], allowed: &[Vec<Cho
     }
 }
 
-/// Numbers of a G-buffer's pixel: depth, geometric and shading normal, albedo, roughness, F0,
-/// emission.
-pub type GBufferPixel = [f64; 17];
+/// Numbers of a G-buffer's pixel: depth, geometric and shading normal, albedo, roughness (−1
+/// without a lobe), F0, emission, length of the mean normal.
+pub type GBufferPixel = [f64; 18];
 
 /// What a pixel without a surface holds.
-pub const NO_SURFACE: GBufferPixel = [0.0; 17];
+pub const NO_SURFACE: GBufferPixel = [0.0; 18];
 
 /// A drawn G-buffer.
 pub struct Drawn {
@@ -151,10 +151,11 @@ impl Drawn {
                     DVec3::splat(f64::from(packed))
                 }
             });
-            let [r, g, b, roughness] = albedo[at].map(half);
-            let f0 = specular
+            let [r, g, b, length] = albedo[at].map(half);
+            let no_lobe = [0.0, 0.0, 0.0, if is_surface { -1.0 } else { 0.0 }];
+            let [x, y, z, roughness] = specular
                 .as_ref()
-                .map_or([0.0; 3], |image| [0, 1, 2].map(|i| half(image[at][i])));
+                .map_or(no_lobe, |image| image[at].map(half));
             let glow = emission
                 .as_ref()
                 .map_or([0.0; 3], |image| [0, 1, 2].map(|i| f64::from(image[at][i])));
@@ -164,8 +165,9 @@ impl Drawn {
                 shading,
                 DVec3::new(r, g, b),
                 roughness,
-                f0.into(),
+                DVec3::new(x, y, z),
                 glow.into(),
+                length,
             )
         };
         (0..depth.len()).map(pixel).collect()
@@ -180,10 +182,12 @@ fn flat(
     roughness: f64,
     f0: DVec3,
     emission: DVec3,
+    length: f64,
 ) -> GBufferPixel {
-    let mut all = [0.0; 17];
+    let mut all = [0.0; 18];
     all[0] = depth;
     all[10] = roughness;
+    all[17] = length;
     for (first, vector) in [
         (1, geometric),
         (4, shading),
@@ -196,7 +200,7 @@ fn flat(
     all
 }
 
-/// The numbers that a surface is kept by.
+/// The numbers that a surface is kept by, where a normal map's texels do not differ in a pixel.
 pub fn gbuffer_pixel(surface: &Surface) -> GBufferPixel {
     let Surface {
         depth_m,
@@ -216,6 +220,7 @@ pub fn gbuffer_pixel(surface: &Surface) -> GBufferPixel {
         roughness.unwrap_or(-1.0),
         f0,
         emission,
+        1.0,
     )
 }
 

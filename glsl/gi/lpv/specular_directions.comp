@@ -12,10 +12,9 @@ layout(std430, set = 1, binding = 0) restrict readonly buffer Directions {
 layout(set = 1, binding = 1, rgba32ui) uniform restrict readonly uimage3D radiance;
 layout(set = 1, binding = 2) uniform texture2D view_depth;
 layout(set = 1, binding = 3) uniform utexture2D normals;
-layout(set = 1, binding = 4) uniform texture2D albedo;
-layout(set = 1, binding = 5) uniform texture2D specular;
+layout(set = 1, binding = 4) uniform texture2D specular;
 // rgb: of all batches so far; a: their weights, 0 after the last
-layout(set = 1, binding = 6, rgba32f) uniform restrict image2D indirect_specular;
+layout(set = 1, binding = 5, rgba32f) uniform restrict image2D indirect_specular;
 
 #include "shared/gbuffer.glsl"
 #include "shared/ggx.glsl"
@@ -28,12 +27,12 @@ void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(pixel, ivec2(frame.size_px.xy)))) return;
     Surface surface;
-    float roughness = texelFetch(sampler2D(albedo, nearest_clamp), pixel, 0).a;
+    vec4 lobe = texelFetch(sampler2D(specular, nearest_clamp), pixel, 0);
     vec4 result = vec4(0.0);
-    if (read_surface(pixel, surface) && roughness >= 0.0) {
+    if (read_surface(pixel, surface) && lobe.a >= 0.0) {
         vec3 to_eye = normalize(frame.eye_ws.xyz - surface.position_ws);
         vec3 mirror = reflect(-to_eye, surface.shading_normal);
-        float alpha = ggx_alpha(roughness), width = max(alpha * alpha, params.least_width);
+        float alpha = ggx_alpha(lobe.a), width = max(alpha * alpha, params.least_width);
         Corners corners = corners_off(surface);
         for (uint slab = 0u; slab < params.octant_count; ++slab) {
             uvec4 octant = octants[params.first_octant + slab];
@@ -52,10 +51,9 @@ void main() {
         }
         if (ADD) result += imageLoad(indirect_specular, pixel);
         if (LAST) {
-            vec3 f0 = texelFetch(sampler2D(specular, nearest_clamp), pixel, 0).rgb;
             float cosine = max(dot(surface.shading_normal, to_eye), 0.0);
             vec3 mean = result.a > 0.0 ? result.rgb / result.a : vec3(0.0);
-            result = vec4(ggx_albedo(f0, roughness, cosine) * mean, 0.0);
+            result = vec4(ggx_albedo(lobe.rgb, lobe.a, cosine) * mean, 0.0);
         }
     }
     imageStore(indirect_specular, pixel, result);

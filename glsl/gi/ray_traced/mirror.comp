@@ -8,14 +8,13 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(set = 1, binding = 9) uniform texture2D view_depth;
 layout(set = 1, binding = 10) uniform utexture2D normals;
-layout(set = 1, binding = 11) uniform texture2D albedo;
-layout(set = 1, binding = 12) uniform texture2D specular;
-layout(set = 1, binding = 13, rgba32f) uniform restrict image2D indirect_specular;
+layout(set = 1, binding = 11) uniform texture2D specular;
+layout(set = 1, binding = 12, rgba32f) uniform restrict image2D indirect_specular;
 
 #include "gi/ray_traced/params.glsl"
 
 #include "shared/gbuffer.glsl"
-#define SPACE_BINDING 14
+#define SPACE_BINDING 13
 #include "gi/ray_traced/path.glsl"
 #include "gi/ray_traced/start.glsl"
 
@@ -23,15 +22,13 @@ void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(pixel, ivec2(frame.size_px.xy)))) return;
     Surface surface;
-    float roughness = texelFetch(sampler2D(albedo, nearest_clamp), pixel, 0).a;
-    if (!read_surface(pixel, surface) || roughness < 0.0) {
+    vec4 lobe = texelFetch(sampler2D(specular, nearest_clamp), pixel, 0);
+    if (!read_surface(pixel, surface) || lobe.a < 0.0) {
         imageStore(indirect_specular, pixel, vec4(0.0));
         return;
     }
     vec3 to_eye = normalize(frame.eye_ws.xyz - surface.position_ws);
-    vec3 f0 = texelFetch(sampler2D(specular, nearest_clamp), pixel, 0).rgb;
-    PathVertex start =
-        first_vertex(surface, to_eye, vec3(0.0), f0, roughness);
+    PathVertex start = first_vertex(surface, to_eye, vec3(0.0), lobe.rgb, lobe.a);
     // Without a pattern each pixel begins anywhere.
     bool is_alone = (params.pattern & 0xffffu) == 0x101u;
     vec2 offset = is_alone

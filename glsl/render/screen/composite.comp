@@ -17,13 +17,20 @@ layout(set = 1, binding = 6, rgba32f) uniform restrict writeonly image2D radianc
 
 #include "shared/frame.glsl"
 
+// Of the light on the mean of the normals in a pixel, what falls on themselves, from the length of
+// their mean (Rust: render::share_of_spread).
+float share_of_spread(float length) {
+    return 1.0 - 0.75 * (1.0 - length);
+}
+
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(pixel, ivec2(frame.size_px.xy)))) return;
     vec4 seen = texelFetch(sampler2D(direct, nearest_clamp), pixel, 0);
     vec3 reflected = vec3(0.0), emitted = frame.environment.rgb;
     if (seen.a > 0.0) {
-        reflected = texelFetch(sampler2D(albedo, nearest_clamp), pixel, 0).rgb / PI
+        vec4 base = texelFetch(sampler2D(albedo, nearest_clamp), pixel, 0);
+        reflected = share_of_spread(base.a) * base.rgb / PI
             * texelFetch(sampler2D(indirect_diffuse, nearest_clamp), pixel, 0).rgb;
         if (SPECULAR != 0u)
             reflected += texelFetch(sampler2D(indirect_specular, nearest_clamp), pixel, 0).rgb;

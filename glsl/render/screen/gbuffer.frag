@@ -13,9 +13,9 @@ layout(location = 3) flat in uint triangle_index;
 
 layout(location = 0) out float view_depth_m;
 layout(location = 1) out uvec2 normals;        // x: geometric, y: shading; octahedral
-layout(location = 2) out vec4 albedo;          // rgb: diffuse albedo; a: roughness
+layout(location = 2) out vec4 albedo;          // rgb: diffuse albedo; a: length of the mean normal
 #ifdef GLOSSY
-layout(location = 3) out vec4 specular;        // rgb: F0
+layout(location = 3) out vec4 specular;        // rgb: F0; a: roughness, −1 where there is no lobe
 #endif
 #ifdef EMISSIVE
 layout(location = EMISSIVE) out vec4 emission; // rgb: radiance [W/(m² sr)]
@@ -60,8 +60,10 @@ vec3 direction_before(uvec3 triangle, vec3 direction) {
 #endif
 
 // Shading normal from a tangent-space map, with the tangent frame of the triangle's texture
-// coordinates.
-vec3 mapped_normal(uvec3 triangle, vec3 normal) {
+// coordinates. `spread` is the length of the mean of those in the pixel: less than 1 where it
+// shows texels that differ. What is magnified shows interpolated normals, each of length 1.
+vec3 mapped_normal(uvec3 triangle, vec3 normal, out float spread) {
+    spread = 1.0;
     vec3 a = position_of(triangle.x);
     vec3 e1 = position_of(triangle.y) - a, e2 = position_of(triangle.z) - a;
     vec2 d1 = uvs[triangle.y] - uvs[triangle.x];
@@ -74,7 +76,10 @@ vec3 mapped_normal(uvec3 triangle, vec3 normal) {
     tangent = normalize(tangent);
     vec3 bitangent = cross(normal, tangent) * sign(determinant);
     vec3 local = texture(sampler2D(normal_texture, linear_repeat), uv).xyz * 2.0 - 1.0;
-    return normalize(local.x * tangent + local.y * bitangent + local.z * normal);
+    vec3 mean = local.x * tangent + local.y * bitangent + local.z * normal;
+    float lod = textureQueryLod(sampler2D(normal_texture, linear_repeat), uv).y;
+    spread = mix(1.0, min(length(mean), 1.0), clamp(lod, 0.0, 1.0));
+    return normalize(mean);
 }
 
 vec3 on_side_of(vec3 normal, vec3 shading) {
@@ -89,16 +94,19 @@ void main() {
     vec3 a = position_of(triangle.x), b = position_of(triangle.y), c = position_of(triangle.z);
     vec3 geometric = normalize(cross(b - a, c - a));
     vec3 shading = on_side_of(geometric, normalize(normal_ws));
-    if (m.emission.w > 0.0) shading = on_side_of(geometric, mapped_normal(triangle, shading));
+    float spread = 1.0;
+    if (m.emission.w > 0.0)
+        shading = on_side_of(geometric, mapped_normal(triangle, shading, spread));
     vec3 to_eye = frame.eye_ws.xyz - position_ws;
     bool front = dot(geometric, to_eye) >= 0.0;
     view_depth_m = -dot(to_eye, frame.ray_forward.xyz);
     normals = front ? uvec2(pack_unit(geometric), pack_unit(shading))
                     : uvec2(pack_unit(-geometric), pack_unit(-shading));
-    albedo = vec4(base, m.specular.w);
+    albedo = vec4(base, spread);
 #ifdef GLOSSY
     albedo.rgb *= 1.0 - m.metalness.x;
-    specular = vec4(m.specular.w < 0.0 ? vec3(0.0) : mix(m.specular.rgb, base, m.metalness.x), 0.0);
+    specular = vec4(m.specular.w < 0.0 ? vec3(0.0) : mix(m.specular.rgb, base, m.metalness.x),
+        m.specular.w);
 #endif
 #ifdef EMISSIVE
     emission =

@@ -59,7 +59,6 @@ pub static SPECULAR_DIRECTIONS: Pass = Pass {
         Binding::image("radiance", Access::ComputeRead),
         Binding::sampled("view_depth", Access::ComputeSampled),
         Binding::sampled("normals", Access::ComputeSampled),
-        Binding::sampled("albedo", Access::ComputeSampled),
         Binding::sampled("specular", Access::ComputeSampled),
         Binding::image("indirect_specular", Access::ComputeReadWrite),
     ],
@@ -131,7 +130,6 @@ fn look_up(
             .bind("radiance", &sweep.front)
             .bind("view_depth", &gbuffer.view_depth)
             .bind("normals", &gbuffer.normals)
-            .bind("albedo", &gbuffer.albedo)
             .bind("specular", specular)
             .bind("indirect_specular", result)
             .constant("MASKED", lookup.masked)

@@ -52,7 +52,6 @@ pub static SPECULAR: Pass = Pass {
         Binding::sampled("light_band2", Access::ComputeSampled),
         Binding::sampled("view_depth", Access::ComputeSampled),
         Binding::sampled("normals", Access::ComputeSampled),
-        Binding::sampled("albedo", Access::ComputeSampled),
         Binding::sampled("specular", Access::ComputeSampled),
         Binding::image("indirect_specular", Access::ComputeWrite),
     ],
@@ -143,7 +142,6 @@ pub fn mirror(
         .bind("light_band2", cells.light.bound_band2())
         .bind("view_depth", &gbuffer.view_depth)
         .bind("normals", &gbuffer.normals)
-        .bind("albedo", &gbuffer.albedo)
         .bind("specular", specular)
         .bind("indirect_specular", result)
         .constant("LEVELS", levels.len() as u32)

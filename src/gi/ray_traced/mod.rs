@@ -243,7 +243,6 @@ impl Technique for RayTraced {
             self.pass(frame, [&MIRROR, &MIRROR_CACHED], scene, given)
                 .bind("view_depth", &given.gbuffer.view_depth)
                 .bind("normals", &given.gbuffer.normals)
-                .bind("albedo", &given.gbuffer.albedo)
                 .bind("specular", specular)
                 .bind("indirect_specular", mirrored)
                 .push(&self.params(count, rays, self.settings.specular_pattern))

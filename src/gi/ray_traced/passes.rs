@@ -73,12 +73,11 @@ const GATHER_BINDINGS: [Binding; 12] = join(
     ],
 );
 
-const MIRROR_BINDINGS: [Binding; 14] = join(
+const MIRROR_BINDINGS: [Binding; 13] = join(
     SCENE,
     [
         Binding::sampled("view_depth", Access::ComputeSampled),
         Binding::sampled("normals", Access::ComputeSampled),
-        Binding::sampled("albedo", Access::ComputeSampled),
         Binding::sampled("specular", Access::ComputeSampled),
         Binding::image("indirect_specular", Access::ComputeReadWrite),
     ],
@@ -117,7 +116,7 @@ pub static MIRROR: Pass = Pass {
 /// As [`MIRROR`], with the light of voxels at the last place of a path.
 pub static MIRROR_CACHED: Pass = Pass {
     shaders: Shaders::Compute("gi/ray_traced/mirror_cached.comp"),
-    bindings: &join::<14, 4, 18>(MIRROR_BINDINGS, CACHE),
+    bindings: &join::<13, 4, 17>(MIRROR_BINDINGS, CACHE),
     constants: CACHED_CONSTANTS,
     ..MIRROR
 };

@@ -35,10 +35,11 @@ impl Candidate {
     }
 
     /// Whether it is the other one in another technique: the same preset, and the same values of
-    /// all settings that both have.
+    /// all settings that both have, but the amounts.
     pub(super) fn is_elsewhere(&self, other: &Candidate) -> bool {
         let is_alike = |(name, value): (&String, &String)| {
             (other.settings.get(name)).is_none_or(|others| others == value)
+                || self.amounts.contains(name)
         };
         self.technique != other.technique
             && self.preset == other.preset

@@ -124,7 +124,7 @@ impl<'t, T: Trial> Search<'t, T> {
         let ruled_out = (0..self.candidates.len()).filter(is_ruled_out).count();
         let estimates = estimates(&self.estimator, &self.figures());
         let effort =
-            |(index, estimate): (usize, &Estimate)| self.trial.effort(index, estimate.ms.exp());
+            |(index, estimate): (usize, &Estimate)| self.trial.effort(index, estimate.ms());
         let measured = self.measured.iter();
         Found {
             best: self.best(self.trial.noise()),
@@ -200,23 +200,27 @@ impl<'t, T: Trial> Search<'t, T> {
         self.trial.figures(self.best(0.0)?)
     }
 
-    /// Measures the settings of the best in other techniques that have them: one that is bad at its
-    /// simplest may be good there, which no estimate expects. Returns whether any was measured.
+    /// Measures the settings of the best in other techniques that have them, with each of their
+    /// amounts from the least on: one that is bad at its simplest may be good there, which no
+    /// estimate expects. Returns whether any was measured.
     fn ask_others(&mut self) -> Result<bool, T::Error> {
         let Some(best) = self.best(0.0).or_else(|| self.nearest()) else {
             return Ok(false);
         };
-        let too_much = self.too_much();
-        let is_open = |candidate: &usize| {
-            self.candidates[*candidate].is_elsewhere(&self.candidates[best])
-                && !self.is_measured(*candidate)
-                && !self.is_ruled_out(*candidate, &too_much)
-        };
-        let others: Vec<usize> = (0..self.candidates.len()).filter(is_open).collect();
-        for other in &others {
-            self.measure(*other)?;
+        let best = self.candidates[best].clone();
+        let mut others: Vec<usize> = (0..self.candidates.len())
+            .filter(|other| self.candidates[*other].is_elsewhere(&best))
+            .collect();
+        let amount = |other: &usize| self.candidates[*other].total_amount();
+        others.sort_by(|a, b| amount(a).total_cmp(&amount(b)));
+        let mut any = false;
+        for other in others {
+            if !self.is_measured(other) && !self.is_ruled_out(other, &self.too_much()) {
+                self.measure(other)?;
+                any = true;
+            }
         }
-        Ok(!others.is_empty())
+        Ok(any)
     }
 
     /// Measures what promises most, until nothing promises enough or `limit` measurements were
@@ -242,7 +246,7 @@ impl<'t, T: Trial> Search<'t, T> {
         let too_much = self.too_much();
         let promise = |(candidate, estimate): (usize, &Estimate)| {
             let gain = estimate.gain(&self.bounds, known, noise);
-            let effort = self.trial.effort(candidate, estimate.ms.exp());
+            let effort = self.trial.effort(candidate, estimate.ms());
             let is_open = gain >= LEAST_GAIN
                 && !self.is_measured(candidate)
                 && !self.is_ruled_out(candidate, &too_much);

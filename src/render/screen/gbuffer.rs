@@ -131,9 +131,12 @@ pub struct GBuffer {
     pub view_depth: Arc<Image>,
     /// RG32UI: geometric and shading normal on the viewer's side, octahedral 2×16 bits.
     pub normals: Arc<Image>,
-    /// RGBA16F: diffuse albedo, roughness (negative where there is no lobe).
+    /// RGBA16F. rgb: diffuse albedo; a: length of the mean of the shading normals in the pixel, 0
+    /// where there is no surface. It is less than 1 where a normal map's texels differ within the
+    /// pixel. Light that no surface cuts off is linear in the normal, so what a light brings them
+    /// is what it brings their mean direction, times this.
     pub albedo: Arc<Image>,
-    /// RGBA16F: F0; only in a glossy scene.
+    /// RGBA16F: F0, roughness (negative where there is no lobe); only in a glossy scene.
     pub specular: Option<Arc<Image>>,
     /// RGBA32F: emitted radiance (W/(m² sr)); only in an emissive scene.
     pub emission: Option<Arc<Image>>,

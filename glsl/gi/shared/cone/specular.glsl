@@ -6,9 +6,8 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(set = 1, binding = 3) uniform texture2D view_depth;
 layout(set = 1, binding = 4) uniform utexture2D normals;
-layout(set = 1, binding = 5) uniform texture2D albedo;
-layout(set = 1, binding = 6) uniform texture2D specular;
-layout(set = 1, binding = 7, rgba32f) uniform restrict writeonly image2D indirect_specular;
+layout(set = 1, binding = 5) uniform texture2D specular;
+layout(set = 1, binding = 6, rgba32f) uniform restrict writeonly image2D indirect_specular;
 
 // Instead of light, x is the number of samples.
 layout(constant_id = 1) const bool COUNT_SAMPLES = false;
@@ -59,12 +58,11 @@ void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(pixel, ivec2(frame.size_px.xy)))) return;
     Surface surface;
-    float roughness = texelFetch(sampler2D(albedo, nearest_clamp), pixel, 0).a;
+    vec4 lobe = texelFetch(sampler2D(specular, nearest_clamp), pixel, 0);
     vec3 result = vec3(0.0);
-    if (read_surface(pixel, surface) && roughness >= 0.0) {
+    if (read_surface(pixel, surface) && lobe.a >= 0.0) {
         vec3 to_eye = normalize(frame.eye_ws.xyz - surface.position_ws);
-        vec3 f0 = texelFetch(sampler2D(specular, nearest_clamp), pixel, 0).rgb;
-        Mirrored mirrored = mirror(pixel, surface.shading_normal, to_eye, f0, roughness);
+        Mirrored mirrored = mirror(pixel, surface.shading_normal, to_eye, lobe.rgb, lobe.a);
         vec3 direction = mirrored.direction;
         // A shading normal may reflect below the surface: lift the direction onto the horizon.
         float below = min(dot(direction, surface.geometric_normal) - 0.02, 0.0);

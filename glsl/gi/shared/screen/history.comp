@@ -19,7 +19,7 @@ layout(set = 1, binding = 7) uniform utexture2D material;
 layout(set = 1, binding = 8) uniform utexture2D material_before;
 layout(set = 1, binding = 9, rgba32f) uniform restrict writeonly image2D light_now;
 #ifdef MIRRORED
-layout(set = 1, binding = 10) uniform texture2D albedo;   // a: roughness
+layout(set = 1, binding = 10) uniform texture2D specular;   // a: roughness
 #else
 #ifdef MOMENTS
 layout(set = 1, binding = 11) uniform texture2D moments_before;
@@ -90,7 +90,7 @@ vec4 changed_light(vec2 place) {
 // What a mirrored light weighs at most [frames], so that in the mean of them it slides by a quarter
 // of the lobe's half angle. `now` and `then` are the directions to the eye seen from the surface.
 float longest_mirrored(ivec2 pixel, Surface now, vec3 to_eye_now, Surface then, vec3 to_eye_then) {
-    float alpha = ggx_alpha(texelFetch(sampler2D(albedo, nearest_clamp), pixel, 0).a);
+    float alpha = ggx_alpha(texelFetch(sampler2D(specular, nearest_clamp), pixel, 0).a);
     float half_angle = 2.0 * atan(0.57735 * alpha);
     float turned = length(now.shading_normal - then.shading_normal);
     float slid = length(to_eye_now - to_eye_then) + 2.0 * turned;

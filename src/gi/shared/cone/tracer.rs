@@ -80,10 +80,9 @@ pub(in crate::gi) const GATHER: [Binding; 4] = [
     Binding::image("indirect_diffuse", Access::ComputeReadWrite),
 ];
 
-pub(in crate::gi) const SPECULAR: [Binding; 5] = [
+pub(in crate::gi) const SPECULAR: [Binding; 4] = [
     Binding::sampled("view_depth", Access::ComputeSampled),
     Binding::sampled("normals", Access::ComputeSampled),
-    Binding::sampled("albedo", Access::ComputeSampled),
     Binding::sampled("specular", Access::ComputeSampled),
     Binding::image("indirect_specular", Access::ComputeWrite),
 ];
@@ -388,7 +387,6 @@ impl ConeTracer {
             .pass(frame, &volume.passes.specular, march)
             .bind("view_depth", &gbuffer.view_depth)
             .bind("normals", &gbuffer.normals)
-            .bind("albedo", &gbuffer.albedo)
             .bind("specular", specular)
             .bind("indirect_specular", result)
             .push(&params)

@@ -158,9 +158,6 @@ pub static DEINTERLEAVE: Pass = Pass {
     sets: Sets::Scene,
 };
 
-/// All passes of this module.
-pub static PASSES: &[&Pass] = &[&DEINTERLEAVE];
-
 /// Adds [`DEINTERLEAVE`] to the frame: from what was gathered to `result`, both as large.
 pub fn deinterleave(
     frame: &mut Frame,

@@ -98,7 +98,10 @@ pub static HISTORY_MOMENTS: Pass = history_pass(
 pub static HISTORY_MIRRORED: Pass = history_pass(
     "screen.history_mirrored",
     "gi/shared/screen/history_mirrored.comp",
-    &join::<10, 1, 11>(COMMON, [Binding::sampled("albedo", Access::ComputeSampled)]),
+    &join::<10, 1, 11>(
+        COMMON,
+        [Binding::sampled("specular", Access::ComputeSampled)],
+    ),
 );
 
 /// What history weighs at most while lights change, and nothing says where (frames).
@@ -211,14 +214,15 @@ impl History {
         settings: &ScreenSettings,
     ) -> Arc<Image> {
         let [now, before] = [self.now, 1 - self.now].map(|at| self.kept[at].mirrored.as_ref());
-        let (Some(now), Some(light_before)) = (now, before) else {
+        let (Some(now), Some(light_before), Some(specular)) = (now, before, &gbuffer.specular)
+        else {
             return Arc::clone(mirrored);
         };
         self.bind(frame.pass(&HISTORY_MIRRORED), gbuffer, change)
             .bind("gathered", mirrored)
             .bind("light_before", light_before)
             .bind("light_now", now)
-            .bind("albedo", &gbuffer.albedo)
+            .bind("specular", specular)
             .push(&self.params(change, settings))
             .dispatch(screen_groups(gbuffer.size));
         Arc::clone(now)

@@ -1,0 +1,66 @@
+//! The settings that suit a scene, where no preset is named.
+
+use crate::frame::FrameSettings;
+use crate::gi::Context;
+use crate::gi::entry::{Entry, Suited};
+use crate::gi::settings::Settings;
+
+use super::CliError;
+use super::common::{TechniqueArgs, bad_setting, warn_of_idle};
+use super::frame::FrameArgs;
+
+/// The settings of a technique, and of the frame; on top of them what suits the scene, which is
+/// said in a line, where no preset is named. What is set by name stays.
+pub(super) fn suit(
+    args: &TechniqueArgs,
+    (entry, settings): (&'static Entry, Settings),
+    frame: &FrameArgs,
+    context: &Context<'_>,
+    quiet: bool,
+) -> Result<(Settings, FrameSettings), CliError> {
+    let size = context.size.into();
+    let suited = match args.preset {
+        Some(_) => None,
+        None => (entry.suit)(context, &args.set).map_err(CliError::failed)?,
+    };
+    let Some(mut suited) = suited else {
+        return Ok((settings, frame.settings(size)));
+    };
+    let named: Vec<&str> = args.set.iter().map(|pair| name_of(pair)).collect();
+    suited.pairs.retain(|pair| !named.contains(&name_of(pair)));
+    let pairs: Vec<String> = suited.pairs.iter().chain(&args.set).cloned().collect();
+    // What had no effect before has been said.
+    let said = entry.without_effect(&args.set, &settings);
+    let unsaid = |pair: &&String| !said.contains(&name_of(pair));
+    let new: Vec<String> = args.set.iter().filter(unsaid).cloned().collect();
+    let settings = entry.settings(None, &pairs).map_err(bad_setting)?;
+    warn_of_idle([(entry, &settings)], &new);
+    let frame = frame.suited(size, suited.shadow_resolution);
+    if !quiet {
+        eprintln!("{}", chosen(&suited, &settings, &frame));
+    }
+    Ok((settings, frame))
+}
+
+/// The name in `name=value`.
+fn name_of(pair: &str) -> &str {
+    pair.split('=').next().unwrap_or_default().trim()
+}
+
+/// What was chosen for the scene, why, and what it would need to be right.
+fn chosen(suited: &Suited, settings: &Settings, frame: &FrameSettings) -> String {
+    let is_chosen = |name: &str| suited.pairs.iter().any(|pair| name_of(pair) == name);
+    let pairs: Vec<String> = settings
+        .iter()
+        .filter(|(name, _)| is_chosen(name))
+        .map(|(name, value)| format!("{name}={value}"))
+        .chain([format!("maps of {}²", frame.shadows.resolution)])
+        .collect();
+    let needs = suited.needs.iter().map(|needs| format!("; {needs}"));
+    format!(
+        "chosen for this scene: {} ({}){}",
+        pairs.join(", "),
+        suited.because,
+        needs.collect::<String>()
+    )
+}
