@@ -188,7 +188,7 @@ pub struct Report {
     pub commit: Option<String>,
     /// Name of the device.
     pub device: String,
-    /// Driver and its version.
+    /// Driver and its version, and that it traces rays, where it does.
     pub driver: String,
     /// Name of the scene.
     pub scene: String,
@@ -324,6 +324,16 @@ pub(super) fn shadow_text(changes: &BTreeMap<String, String>) -> String {
         .collect()
 }
 
+/// Driver and its version, and whether it traces rays: then its times are of other work.
+pub(crate) fn driver_of(gpu: &Gpu) -> String {
+    let rays = if gpu.traces_rays() {
+        ", which traces rays"
+    } else {
+        ""
+    };
+    format!("{}{rays}", gpu.info().driver)
+}
+
 impl Report {
     /// Whether two reports are of the same work on the same device.
     pub fn is_same_case(&self, other: &Report) -> bool {
@@ -381,7 +391,7 @@ impl Report {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             commit: option_env!("LUMIVOX_COMMIT").map(str::to_owned),
             device: info.name.clone(),
-            driver: info.driver.clone(),
+            driver: driver_of(gpu),
             scene: scene.to_owned(),
             time_s: None,
             sequence: None,

@@ -11,7 +11,7 @@ use crate::graph::{Gpu, PassTimes, Spread};
 use crate::measure::bench::{BenchSettings, Case};
 use crate::measure::build::build;
 use crate::measure::records::{Keyed, Versioned};
-use crate::measure::report::{ErrorReport, MemoryRow, Report, Timing, shadow_changes};
+use crate::measure::report::{ErrorReport, MemoryRow, Report, Timing, driver_of, shadow_changes};
 use crate::measure::table::{median_ms, value_text};
 use crate::metrics::{BLOCK_PX, Channel, Errors};
 use crate::reference::Bounces;
@@ -46,7 +46,7 @@ pub struct SweepSetup {
     pub timing: Timing,
     /// Name of the device.
     pub device: String,
-    /// Driver and its version.
+    /// Driver and its version, and that it traces rays, where it does.
     pub driver: String,
     /// Version of the program.
     pub version: String,
@@ -153,7 +153,7 @@ impl SweepSetup {
             channel: settings.channel,
             timing: settings.timing,
             device: info.name.clone(),
-            driver: info.driver.clone(),
+            driver: driver_of(gpu),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             build: build(),
         }

@@ -11,7 +11,7 @@ use crate::graph::{Error, Gpu};
 use crate::measure::bench::Case;
 use crate::measure::build::{build, commit};
 use crate::measure::records;
-use crate::measure::report::{shadow_changes, shadow_text};
+use crate::measure::report::{driver_of, shadow_changes, shadow_text};
 use crate::measure::table::value_text;
 use crate::scene::Fnv;
 
@@ -39,7 +39,7 @@ pub struct StressSetup {
     pub build: String,
     /// Name of the device.
     pub device: String,
-    /// Driver and its version.
+    /// Driver and its version, and that it traces rays, where it does.
     pub driver: String,
     /// Width and height of a picture (px).
     pub size: [u32; 2],
@@ -164,7 +164,7 @@ impl StressSetup {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             build: build(),
             device: info.name.clone(),
-            driver: info.driver.clone(),
+            driver: driver_of(gpu),
             size: trial.frame.size,
             shadow_resolution: trial.frame.shadows.resolution,
             shadows: shadow_changes(&trial.frame.shadows),
