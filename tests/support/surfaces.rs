@@ -159,30 +159,22 @@ impl Drawn {
             let glow = emission
                 .as_ref()
                 .map_or([0.0; 3], |image| [0, 1, 2].map(|i| f64::from(image[at][i])));
+            let [albedo, f0] = [DVec3::new(r, g, b), DVec3::new(x, y, z)];
             flat(
                 f64::from(depth[at]),
-                geometric,
-                shading,
-                DVec3::new(r, g, b),
-                roughness,
-                DVec3::new(x, y, z),
-                glow.into(),
-                length,
+                [geometric, shading, albedo, f0, glow.into()],
+                [roughness, length],
             )
         };
         (0..depth.len()).map(pixel).collect()
     }
 }
 
+/// Geometric and shading normal, albedo, F0, emission; roughness, length of the mean normal.
 fn flat(
     depth: f64,
-    geometric: DVec3,
-    shading: DVec3,
-    albedo: DVec3,
-    roughness: f64,
-    f0: DVec3,
-    emission: DVec3,
-    length: f64,
+    [geometric, shading, albedo, f0, emission]: [DVec3; 5],
+    [roughness, length]: [f64; 2],
 ) -> GBufferPixel {
     let mut all = [0.0; 18];
     all[0] = depth;
@@ -214,13 +206,8 @@ pub fn gbuffer_pixel(surface: &Surface) -> GBufferPixel {
     } = *surface;
     flat(
         depth_m,
-        geometric_normal,
-        shading_normal,
-        albedo,
-        roughness.unwrap_or(-1.0),
-        f0,
-        emission,
-        1.0,
+        [geometric_normal, shading_normal, albedo, f0, emission],
+        [roughness.unwrap_or(-1.0), 1.0],
     )
 }
 
