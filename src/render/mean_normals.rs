@@ -1,6 +1,7 @@
 //! Mip levels of normal maps, whose texels are means of normals.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use crate::scene::Texture;
 
@@ -31,27 +32,33 @@ fn means_in_texels(map: &Texture, [width, height]: [usize; 2]) -> Vec<Vec3> {
             Vec3::new(x, y, z)
         })
         .collect();
-    // The texel itself, and its neighbour on the side of a place.
-    let sides = |at: usize, size: usize| [(at + size - 1) % size, (at + 1) % size];
-    let mut means = Vec::with_capacity(normals.len());
-    for y in 0..height {
-        for x in 0..width {
-            let own = normals[y * width + x];
-            let mut sum = Vec3::ZERO;
-            for (row, down) in sides(y, height).into_iter().zip(PLACES) {
-                let beside = normals[row * width + x];
-                for (column, right) in sides(x, width).into_iter().zip(PLACES) {
-                    let (near, far) = (
-                        own.lerp(normals[y * width + column], right.abs()),
-                        beside.lerp(normals[row * width + column], right.abs()),
-                    );
-                    sum += near.lerp(far, down.abs()).normalize_or_zero();
-                }
+    // The neighbours on the sides of the places.
+    let beside = |at: usize, size: usize| [(at + size - 1) % size, (at + 1) % size];
+    let mean = |x: usize, y: usize| {
+        let own = normals[y * width + x];
+        let mut sum = Vec3::ZERO;
+        for (row, down) in beside(y, height).into_iter().zip(PLACES) {
+            let below = normals[row * width + x];
+            for (column, right) in beside(x, width).into_iter().zip(PLACES) {
+                let (near, far) = (
+                    own.lerp(normals[y * width + column], right.abs()),
+                    below.lerp(normals[row * width + column], right.abs()),
+                );
+                sum += near.lerp(far, down.abs()).normalize_or_zero();
             }
-            means.push(0.25 * sum);
         }
-    }
-    means
+        0.25 * sum
+    };
+    by_rows([width, height], mean)
+}
+
+/// A value for each texel, row by row, on all cores.
+fn by_rows([width, height]: [usize; 2], of: impl Fn(usize, usize) -> Vec3 + Sync) -> Vec<Vec3> {
+    let of = &of;
+    (0..height)
+        .into_par_iter()
+        .flat_map_iter(|y| (0..width).map(move |x| of(x, y)))
+        .collect()
 }
 
 /// Means over the squares of a smaller picture's texels.
@@ -64,18 +71,15 @@ fn halved(means: &[Vec3], size: [usize; 2], smaller: [usize; 2]) -> Vec<Vec3> {
             (texel, (to.min(last) - from.max(first)) / step)
         })
     };
-    let mut result = Vec::with_capacity(smaller[0] * smaller[1]);
-    for y in 0..smaller[1] {
-        for x in 0..smaller[0] {
-            let row = |row: usize| {
-                covered(x, 0)
-                    .map(|(column, share)| share * means[row * size[0] + column])
-                    .sum::<Vec3>()
-            };
-            result.push(covered(y, 1).map(|(at, share)| share * row(at)).sum());
-        }
-    }
-    result
+    let mean = |x: usize, y: usize| {
+        let row = |row: usize| {
+            covered(x, 0)
+                .map(|(column, share)| share * means[row * size[0] + column])
+                .sum::<Vec3>()
+        };
+        covered(y, 1).map(|(at, share)| share * row(at)).sum()
+    };
+    by_rows(smaller, mean)
 }
 
 fn texel_of(mean: Vec3) -> [u8; 4] {
