@@ -165,6 +165,7 @@ fn print(budget: &Budget) {
         "replaced", "bias", "rel_rmse", "explains", "frame ms"
     ));
     budget.budget.iter().for_each(|row| say(&line(row, width)));
+    print_materials(budget);
     if let Some(left_out) = &budget.left_out {
         let (bias, rel_rmse) = (left_out.bias, left_out.rel_rmse);
         say(&format!(
@@ -190,6 +191,36 @@ fn print(budget: &Budget) {
     }
 }
 
+/// Materials of fewer pixels than this share have no line.
+const LEAST_SHARE: f64 = 0.02;
+
+/// Which material has which error, and from where.
+fn print_materials(budget: &Budget) {
+    let materials = budget.by_material(LEAST_SHARE);
+    if materials.len() < 2 {
+        return;
+    }
+    let widths = materials.iter().map(|it| it.material.chars().count());
+    let width = widths.max().unwrap_or(0).max("material".len());
+    say(&format!(
+        "{:width$} {:>9} {:>9} {:>9}  explained most by",
+        "material", "bias", "rel_rmse", "pixels"
+    ));
+    for it in materials {
+        let source = match &it.source {
+            Some((name, share)) => format!("{name} ({:.0}%)", 100.0 * share),
+            None => "nothing".to_owned(),
+        };
+        say(&format!(
+            "{:width$} {:>+9.4} {:>9.4} {:>8.0}%  {source}",
+            it.material,
+            it.error.bias,
+            it.error.rel_rmse,
+            100.0 * it.pixels
+        ));
+    }
+}
+
 fn line(row: &Row, width: usize) -> String {
     let Row {
         name,
@@ -199,6 +230,7 @@ fn line(row: &Row, width: usize) -> String {
         explains,
         frame_ms,
         failure,
+        ..
     } = row;
     if let Some(failure) = failure {
         return format!("{name:width$} {failure}");

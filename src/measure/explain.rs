@@ -11,13 +11,13 @@ use crate::gi::settings::RESOLUTION;
 use crate::gi::{SettingError, Settings};
 use crate::graph::{Error, Gpu};
 use crate::image::{Aov, Image};
-use crate::metrics::{Channel, Errors, MetricError, compare};
+use crate::metrics::{Channel, Comparison, Errors, MetricError, compare};
 use crate::reference::{ReferenceError, gather, light_surfaces, surface_area_m2};
 use crate::render::ShadowSettings;
 use crate::scene::{LitPoint, Scene, SurfacePoint};
 
 use super::bench::{Case, Truth, warm_up_frames};
-use super::report::{ErrorReport, Report, shadow_changes};
+use super::report::{ErrorReport, MaterialError, Report, named, shadow_changes};
 use super::table::value_text;
 
 /// Points that exact light is measured at, along the distance from slot to slot.
@@ -56,6 +56,8 @@ pub struct Row {
     /// The error, over blocks where there are blocks, else over pixels; `None` where it could not
     /// be measured.
     pub error: Option<Errors>,
+    /// The same of each material, most pixels first; empty where it could not be measured.
+    pub materials: Vec<MaterialError>,
     /// Share of the squared error that is gone, 1 − MSE / MSE of the first row; below 0 where it
     /// is larger.
     pub explains: Option<f64>,
@@ -76,6 +78,56 @@ pub struct Budget {
     /// Error of the reference at the technique's bounce count against all bounces: what no setting
     /// but `bounces` brings. `None` where all were asked for.
     pub left_out: Option<Errors>,
+}
+
+/// Where the error on a material comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MaterialBudget {
+    /// Name of the material.
+    pub material: String,
+    /// Its share of the pixels that see a surface.
+    pub pixels: f64,
+    /// Its error with nothing replaced.
+    pub error: Errors,
+    /// The replacement that takes most of its squared error away, and the share that it takes;
+    /// `None` where none takes any.
+    pub source: Option<(String, f64)>,
+}
+
+impl Budget {
+    /// The materials that have at least this share of the pixels, most pixels first.
+    pub fn by_material(&self, least: f64) -> Vec<MaterialBudget> {
+        let Some((first, replaced)) = self.budget.split_first() else {
+            return Vec::new();
+        };
+        let count: usize = first
+            .materials
+            .iter()
+            .map(|errors| errors.pixel.count)
+            .sum();
+        let share = |errors: &MaterialError| errors.pixel.count as f64 / count.max(1) as f64;
+        let of = |(place, errors): (usize, &MaterialError)| {
+            let error = errors.errors();
+            let gone = |row: &Row| {
+                let left = row.materials.get(place)?.errors().rel_rmse / error.rel_rmse;
+                Some((row.name.clone(), 1.0 - left.powi(2)))
+            };
+            let gains = replaced.iter().filter_map(gone);
+            MaterialBudget {
+                material: errors.material.clone(),
+                pixels: share(errors),
+                error,
+                source: gains
+                    .filter(|(_, gone)| *gone > 0.0)
+                    .max_by(|a, b| a.1.total_cmp(&b.1)),
+            }
+        };
+        let materials = first.materials.iter().enumerate();
+        materials
+            .filter(|(_, errors)| share(errors) >= least)
+            .map(of)
+            .collect()
+    }
 }
 
 /// Why there is no error budget.
@@ -299,9 +351,13 @@ impl<'s> Subject<'s> {
         Ok((new != *settings).then_some((new, options)))
     }
 
+    fn compare(&self, image: &Image, reference: &Image) -> Result<Comparison, MetricError> {
+        compare(image, reference, Some(&self.truth.guide), self.channel)
+    }
+
     /// Error over blocks where there are blocks, else over pixels.
     fn error(&self, image: &Image, reference: &Image) -> Result<Errors, MetricError> {
-        let comparison = compare(image, reference, Some(&self.truth.guide), self.channel)?;
+        let comparison = self.compare(image, reference)?;
         Ok(comparison.block.unwrap_or(comparison.pixel))
     }
 
@@ -377,23 +433,31 @@ impl Table<'_, '_> {
         make: impl FnOnce() -> Result<Picture, ExplainError>,
     ) -> Result<(), ExplainError> {
         self.tell(name);
-        let (error, frame_ms, failure) = match make() {
-            Ok(Picture { indirect, frame_ms }) => (
-                Some(self.subject.error(&indirect, self.reference)?),
-                frame_ms,
-                None,
-            ),
-            Err(ExplainError::Gpu(failure)) => (None, None, Some(failure.to_string())),
-            Err(other) => return Err(other),
-        };
-        self.rows.push(Row {
+        let unmeasured = Row {
             name: name.into(),
             help: help.into(),
             options,
-            error,
+            error: None,
+            materials: Vec::new(),
             explains: None,
-            frame_ms,
-            failure,
+            frame_ms: None,
+            failure: None,
+        };
+        self.rows.push(match make() {
+            Ok(Picture { indirect, frame_ms }) => {
+                let comparison = self.subject.compare(&indirect, self.reference)?;
+                Row {
+                    error: Some(comparison.block.unwrap_or(comparison.pixel)),
+                    materials: named(comparison.materials, self.subject.scene),
+                    frame_ms,
+                    ..unmeasured
+                }
+            }
+            Err(ExplainError::Gpu(failure)) => Row {
+                failure: Some(failure.to_string()),
+                ..unmeasured
+            },
+            Err(other) => return Err(other),
         });
         Ok(())
     }

@@ -10,7 +10,9 @@ use crate::gi::inspect::{Energy, OCCUPIED};
 use crate::gi::settings::Value;
 use crate::graph::{Gpu, Owner, PassTimes, Spread};
 use crate::image::{Aov, GuideImage, Image};
-use crate::metrics::{Channel, Comparison, Errors, Flip, MetricError, compare, exposure_of, flip};
+use crate::metrics::{
+    Channel, Comparison, Errors, Flip, MaterialErrors, MetricError, compare, exposure_of, flip,
+};
 use crate::output::write_text;
 use crate::reference::Bounces;
 use crate::render::ShadowSettings;
@@ -96,25 +98,37 @@ impl ErrorReport {
             materials,
         } = compare(image, reference, Some(guide), channel)?;
         let flip = flip(image, reference, exposure_of(reference))?;
-        let name = |index: u32| {
-            scene
-                .materials
-                .get(index as usize)
-                .map_or_else(|| index.to_string(), |material| material.name.clone())
-        };
-        let materials = materials.into_iter().map(|errors| MaterialError {
-            material: name(errors.material),
-            pixel: errors.pixel,
-            block: errors.block,
-        });
         Ok(ErrorReport {
             aov: aov.name().to_owned(),
             channel,
             pixel,
             block,
             flip,
-            materials: materials.collect(),
+            materials: named(materials, scene),
         })
+    }
+}
+
+/// Errors by material, with their names in the scene.
+pub(crate) fn named(materials: Vec<MaterialErrors>, scene: &Scene) -> Vec<MaterialError> {
+    let name = |index: u32| {
+        scene
+            .materials
+            .get(index as usize)
+            .map_or_else(|| index.to_string(), |material| material.name.clone())
+    };
+    let materials = materials.into_iter().map(|errors| MaterialError {
+        material: name(errors.material),
+        pixel: errors.pixel,
+        block: errors.block,
+    });
+    materials.collect()
+}
+
+impl MaterialError {
+    /// Over blocks where there are blocks, else over pixels.
+    pub fn errors(&self) -> Errors {
+        self.block.unwrap_or(self.pixel)
     }
 }
 

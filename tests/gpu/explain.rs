@@ -161,6 +161,20 @@ fn a_planted_error_shows_in_its_row() {
         others
             .iter()
             .for_each(|name| assert!(share(&budget, name) < 0.4, "{what}: {name}"));
+        let materials = budget.by_material(0.1);
+        assert!(materials.len() >= 2, "{what}: {materials:?}");
+        for it in materials {
+            let (name, share) = it.source.unwrap();
+            println!(
+                "  {}: {:.4}, {name} explains {share:.3}",
+                it.material, it.error.rel_rmse
+            );
+            assert!(
+                share > 0.5 && !others.contains(&&*name),
+                "{what}: {}",
+                it.material
+            );
+        }
     }
 }
 
