@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use crate::gi::Context;
 use crate::graph::{Gpu, GpuOptions};
 use crate::measure::bench::Case;
 use crate::measure::explain::{Budget, ExplainError, Row, Step, Subject, explain};
@@ -19,7 +18,7 @@ use super::common::{
 };
 use super::files::Files;
 use super::frame::FrameArgs;
-use super::suited::suit;
+use super::suited::Suiting;
 use super::write::write_report;
 
 /// Split the error of a technique into its sources: replace one approximation at a time by the
@@ -93,19 +92,13 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     })
     .map_err(CliError::failed)?;
     let gpu_scene = GpuScene::new(&gpu, &scene).map_err(CliError::failed)?;
-    let context = Context {
-        gpu: &gpu,
-        scene: &gpu_scene,
+    let (settings, frame) = Suiting {
+        technique: &args.technique,
+        frame: &args.frame,
         size: args.size.into(),
-        eye: scene.camera.eye,
-    };
-    let (settings, frame) = suit(
-        &args.technique,
-        (entry, settings),
-        &args.frame,
-        &context,
         quiet,
-    )?;
+    }
+    .of((entry, settings), &gpu, (&gpu_scene, &scene))?;
     drop(gpu_scene);
     let case = Case {
         entry,

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use crate::frame::Renderer;
-use crate::gi::Context;
 use crate::gi::entry::Entry;
 use crate::gi::inspect::ViewRow;
 use crate::gi::settings::Settings;
@@ -23,7 +22,7 @@ use super::files::Files;
 use super::frame::FrameArgs;
 use super::picture::PictureArgs;
 use super::sequence::SequenceArgs;
-use super::suited::suit;
+use super::suited::Suiting;
 
 /// Render a scene with one technique.
 #[derive(clap::Args)]
@@ -116,19 +115,13 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     let gpu = args.gpu()?;
     let size = args.picture.size.into();
     let gpu_scene = GpuScene::new(&gpu, &scene).map_err(CliError::failed)?;
-    let context = Context {
-        gpu: &gpu,
-        scene: &gpu_scene,
+    let (settings, frame) = Suiting {
+        technique: &args.technique,
+        frame: &args.frame,
         size,
-        eye: scene.camera.eye,
-    };
-    let (settings, frame) = suit(
-        &args.technique,
-        (entry, settings),
-        &args.frame,
-        &context,
         quiet,
-    )?;
+    }
+    .of((entry, settings), &gpu, (&gpu_scene, &scene))?;
     let (mut renderer, build) = while_shown(quiet, format!("building {}", entry.name), || {
         Renderer::of(&gpu, gpu_scene, entry, &settings, frame)
     })

@@ -4,42 +4,62 @@ use crate::frame::FrameSettings;
 use crate::gi::Context;
 use crate::gi::entry::{Entry, Suited};
 use crate::gi::settings::Settings;
+use crate::graph::Gpu;
+use crate::render::GpuScene;
+use crate::scene::Scene;
 
 use super::CliError;
 use super::common::{TechniqueArgs, bad_setting, warn_of_idle};
 use super::frame::FrameArgs;
 
-/// The settings of a technique, and of the frame; on top of them what suits the scene, which is
-/// said in a line, where no preset is named. What is set by name stays.
-pub(super) fn suit(
-    args: &TechniqueArgs,
-    (entry, settings): (&'static Entry, Settings),
-    frame: &FrameArgs,
-    context: &Context<'_>,
-    quiet: bool,
-) -> Result<(Settings, FrameSettings), CliError> {
-    let size = context.size.into();
-    let suited = match args.preset {
-        Some(_) => None,
-        None => (entry.suit)(context, &args.set).map_err(CliError::failed)?,
-    };
-    let Some(mut suited) = suited else {
-        return Ok((settings, frame.settings(size)));
-    };
-    let named: Vec<&str> = args.set.iter().map(|pair| name_of(pair)).collect();
-    suited.pairs.retain(|pair| !named.contains(&name_of(pair)));
-    let pairs: Vec<String> = suited.pairs.iter().chain(&args.set).cloned().collect();
-    // What had no effect before has been said.
-    let said = entry.without_effect(&args.set, &settings);
-    let unsaid = |pair: &&String| !said.contains(&name_of(pair));
-    let new: Vec<String> = args.set.iter().filter(unsaid).cloned().collect();
-    let settings = entry.settings(None, &pairs).map_err(bad_setting)?;
-    warn_of_idle([(entry, &settings)], &new);
-    let frame = frame.suited(size, suited.shadow_resolution);
-    if !quiet {
-        eprintln!("{}", chosen(&suited, &settings, &frame));
+/// What a command says of the settings that suit a scene.
+pub(super) struct Suiting<'a> {
+    pub(super) technique: &'a TechniqueArgs,
+    pub(super) frame: &'a FrameArgs,
+    /// Width and height (px).
+    pub(super) size: [u32; 2],
+    /// Whether the choice is not said.
+    pub(super) quiet: bool,
+}
+
+impl Suiting<'_> {
+    /// The settings of a technique, and of the frame; on top of them what suits the scene, which
+    /// is said in a line, where no preset is named. What is set by name stays.
+    pub(super) fn of(
+        &self,
+        (entry, settings): (&'static Entry, Settings),
+        gpu: &Gpu,
+        (gpu_scene, scene): (&GpuScene, &Scene),
+    ) -> Result<(Settings, FrameSettings), CliError> {
+        let (args, frame, size) = (self.technique, self.frame, self.size.into());
+        let context = Context {
+            gpu,
+            scene: gpu_scene,
+            size: self.size,
+            eye: scene.camera.eye,
+        };
+        let suited = match args.preset {
+            Some(_) => None,
+            None => (entry.suit)(&context, &args.set).map_err(CliError::failed)?,
+        };
+        let Some(mut suited) = suited else {
+            return Ok((settings, frame.settings(size)));
+        };
+        let named: Vec<&str> = args.set.iter().map(|pair| name_of(pair)).collect();
+        suited.pairs.retain(|pair| !named.contains(&name_of(pair)));
+        let pairs: Vec<String> = suited.pairs.iter().chain(&args.set).cloned().collect();
+        // What had no effect before has been said.
+        let said = entry.without_effect(&args.set, &settings);
+        let unsaid = |pair: &&String| !said.contains(&name_of(pair));
+        let new: Vec<String> = args.set.iter().filter(unsaid).cloned().collect();
+        let settings = entry.settings(None, &pairs).map_err(bad_setting)?;
+        warn_of_idle([(entry, &settings)], &new);
+        let frame = frame.suited(size, suited.shadow_resolution);
+        if !self.quiet {
+            eprintln!("{}", chosen(&suited, &settings, &frame));
+        }
+        Ok((settings, frame))
     }
-    Ok((settings, frame))
 }
 
 /// The name in `name=value`.

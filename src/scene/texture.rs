@@ -24,7 +24,7 @@ pub struct Texture {
     pub width: u32,
     /// Height \[texels\], at least 1.
     pub height: u32,
-    /// `width × height` RGBA texels, 8 bits a channel, as stored in the file.
+    /// `width × height` RGBA texels, 8 bits a channel.
     pub texels: Vec<[u8; 4]>,
 }
 
