@@ -44,6 +44,7 @@ pub use texture::{Texture, TextureKind};
 pub use write::{camera_toml, lights_toml};
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use glam::Vec3;
 
@@ -112,8 +113,8 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// All models, in the order of their triangles.
     pub models: Vec<Model>,
-    /// All textures, each referred to by at least one material.
-    pub textures: Vec<Texture>,
+    /// All textures, each referred to by at least one material. Copies of the scene share them.
+    pub textures: Vec<Arc<Texture>>,
     /// All analytic lights.
     pub lights: Vec<Light>,
     /// Constant radiance of the environment [W/(m² sr)].

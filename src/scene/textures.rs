@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
@@ -104,7 +105,7 @@ impl TextureRequests {
     }
 
     /// Reads all textures, in order of request.
-    pub(super) fn read(self, options: &LoadOptions) -> Result<Vec<Texture>, SceneError> {
+    pub(super) fn read(self, options: &LoadOptions) -> Result<Vec<Arc<Texture>>, SceneError> {
         if !self.missing.is_empty() {
             if !options.allow_missing_textures {
                 return Err(SceneError::MissingTextures {
@@ -117,9 +118,14 @@ impl TextureRequests {
                 self.missing.join(", ")
             );
         }
-        let read = |request: &Request| match &request.file {
-            Some(file) => picture::read(file, &request.name, request.wanted, request.base_and_gain),
-            None => Ok(request.wanted.placeholder(&request.name)),
+        let read = |request: &Request| {
+            let texture = match &request.file {
+                Some(file) => {
+                    picture::read(file, &request.name, request.wanted, request.base_and_gain)?
+                }
+                None => request.wanted.placeholder(&request.name),
+            };
+            Ok(Arc::new(texture))
         };
         self.requests.par_iter().map(read).collect()
     }

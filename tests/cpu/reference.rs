@@ -369,7 +369,7 @@ fn masked_surfaces_are_neither_seen_nor_cast_shadows() {
         height: 1,
         texels: vec![[value; 4]],
     };
-    scene.textures.push(mask(127));
+    scene.textures.push(mask(127).into());
     add(
         &mut scene,
         Material {
@@ -379,7 +379,7 @@ fn masked_surfaces_are_neither_seen_nor_cast_shadows() {
         floor(5.0, 1.0),
     );
     assert_eq!(trace(&scene, &settings(16, 16, Bounces::Count(0), 1)), bare);
-    scene.textures[0] = mask(128);
+    scene.textures[0] = mask(128).into();
     assert_close(
         mean(&trace(&scene, &settings(16, 16, Bounces::Count(0), 1)).radiance()).y,
         0.2 / PI,
@@ -390,13 +390,16 @@ fn masked_surfaces_are_neither_seen_nor_cast_shadows() {
 #[test]
 fn normal_map_bends_the_shading_normal_along_u() {
     let mut scene = scene(Vec3::new(0.0, 3.0, 0.0), Vec3::ZERO, 50.0);
-    scene.textures.push(Texture {
-        name: String::from("normal"),
-        kind: TextureKind::Normal,
-        width: 1,
-        height: 1,
-        texels: vec![[218, 128, 218, 255]],
-    });
+    scene.textures.push(
+        Texture {
+            name: String::from("normal"),
+            kind: TextureKind::Normal,
+            width: 1,
+            height: 1,
+            texels: vec![[218, 128, 218, 255]],
+        }
+        .into(),
+    );
     add(
         &mut scene,
         Material {
@@ -439,13 +442,16 @@ fn smooth_metal_mirrors_and_keeps_energy() {
     assert_close(mean(&image.light.specular).y, 3.0, 0.01);
     scene.environment = Vec3::ONE;
     scene.materials[1].mask_texture = Some(0);
-    scene.textures.push(Texture {
-        name: String::from("mask"),
-        kind: TextureKind::Mask,
-        width: 1,
-        height: 1,
-        texels: vec![[0; 4]],
-    });
+    scene.textures.push(
+        Texture {
+            name: String::from("mask"),
+            kind: TextureKind::Mask,
+            width: 1,
+            height: 1,
+            texels: vec![[0; 4]],
+        }
+        .into(),
+    );
     assert_close(
         mean(
             &trace(&scene, &settings(8, 8, Bounces::Full, 64))

@@ -186,13 +186,16 @@ fn scenes_with_endless_names_survive_writing_and_loading() {
         for _ in 0..2 {
             let (name, texels) = (format!("{}.png", letter.repeat(300)), vec![[1, 2, 3, 255]]);
             let (kind, width, height) = (TextureKind::Color, 1, 1);
-            scene.textures.push(Texture {
-                name,
-                kind,
-                width,
-                height,
-                texels,
-            });
+            scene.textures.push(
+                Texture {
+                    name,
+                    kind,
+                    width,
+                    height,
+                    texels,
+                }
+                .into(),
+            );
         }
     }
     let folder = tempfile::tempdir().unwrap();

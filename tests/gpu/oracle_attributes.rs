@@ -375,13 +375,16 @@ fn tiled_sheet(axis: usize, resolution: u32, random: &mut Random) -> Scene {
         let texels = (0..edge * edge)
             .map(|i| colours[(i / edge / SQUARE * squares + i % edge / SQUARE) as usize])
             .collect();
-        scene.textures.push(Texture {
-            name: name.into(),
-            kind,
-            width: edge,
-            height: edge,
-            texels,
-        });
+        scene.textures.push(
+            Texture {
+                name: name.into(),
+                kind,
+                width: edge,
+                height: edge,
+                texels,
+            }
+            .into(),
+        );
         Some(scene.textures.len() as u32 - 1)
     };
     let any = &mut |random: &mut Random, _, _| [0; 4].map(|_: u8| random.below(256) as u8);

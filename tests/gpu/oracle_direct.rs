@@ -853,13 +853,14 @@ fn normals_that_differ_within_a_pixel_share_its_light() {
     let gpu = gpu();
     let mut builder = Builder::default();
     let [left, right] = [[51, 128, 230, 255], [204, 128, 230, 255]];
-    builder.scene.textures = vec![Texture {
+    let ridges = Texture {
         name: "ridges".into(),
         kind: TextureKind::Normal,
         width: 2,
         height: 2,
         texels: vec![left, right, left, right],
-    }];
+    };
+    builder.scene.textures = vec![ridges.into()];
     let ridged = builder.material(Material {
         albedo: Vec3::new(0.75, 0.5, 0.25),
         normal_texture: Some(0),

@@ -182,13 +182,16 @@ fn textures_far_away_are_their_mean_light() {
             }
         })
         .collect();
-    builder.scene.textures.push(Texture {
-        name: "board".into(),
-        kind: TextureKind::Color,
-        width: 8,
-        height: 8,
-        texels,
-    });
+    builder.scene.textures.push(
+        Texture {
+            name: "board".into(),
+            kind: TextureKind::Color,
+            width: 8,
+            height: 8,
+            texels,
+        }
+        .into(),
+    );
     let board = builder.material(Material {
         albedo: Vec3::new(1.0, 0.5, 0.25),
         albedo_texture: Some(0),

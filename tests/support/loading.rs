@@ -2,6 +2,7 @@
 //! include this file too.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::Vec3;
 use lumivox::scene::{Light, LoadOptions, Scene, TextureKind};
@@ -57,7 +58,7 @@ pub fn round_trip(scene: &Scene) {
     let mut loaded = load(&scene.write(folder.path()).unwrap());
     assert_eq!(loaded.textures.len(), scene.textures.len());
     for (loaded, written) in loaded.textures.iter_mut().zip(&scene.textures) {
-        loaded.name.clone_from(&written.name);
+        Arc::make_mut(loaded).name.clone_from(&written.name);
     }
     for (loaded, written) in loaded.models.iter_mut().zip(&scene.models) {
         assert!(

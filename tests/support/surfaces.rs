@@ -268,12 +268,15 @@ pub fn sheet(
 pub fn every_surface(glossy: bool, emissive: bool) -> Scene {
     let mut builder = Builder::default();
     let mut random = Random::new(17);
-    builder.scene.textures = vec![
-        texture("color", TextureKind::Color, 8, &mut random),
-        texture("mask", TextureKind::Mask, 4, &mut random),
-        texture("bumps", TextureKind::Normal, 4, &mut random),
-        texture("glow", TextureKind::Color, 4, &mut random),
+    let textures = [
+        ("color", TextureKind::Color, 8),
+        ("mask", TextureKind::Mask, 4),
+        ("bumps", TextureKind::Normal, 4),
+        ("glow", TextureKind::Color, 4),
     ];
+    builder.scene.textures = textures
+        .map(|(name, kind, size)| texture(name, kind, size, &mut random).into())
+        .to_vec();
     let plain = Material {
         albedo: Vec3::new(0.7, 0.6, 0.5),
         ..Material::default()

@@ -468,13 +468,16 @@ pub fn small_room(surfaces: Surfaces, lights: Vec<Light>) -> Scene {
                 }
             };
             let texels = (0..16 * 16).map(|i| holes(i % 16, i / 16)).collect();
-            builder.scene.textures.push(Texture {
-                name: "holes".into(),
-                kind: TextureKind::Mask,
-                width: 16,
-                height: 16,
-                texels,
-            });
+            builder.scene.textures.push(
+                Texture {
+                    name: "holes".into(),
+                    kind: TextureKind::Mask,
+                    width: 16,
+                    height: 16,
+                    texels,
+                }
+                .into(),
+            );
             special.mask_texture = Some(0);
         }
     }

@@ -1,6 +1,7 @@
 //! Building geometry: quads, boxes, rooms, spheres and other parametric surfaces.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use glam::{Affine3A, Mat3, Vec2, Vec3};
 
@@ -13,7 +14,7 @@ pub(crate) struct Mesh {
     /// Applied to all that is added from now on.
     pub(crate) world_from_local: Affine3A,
     part: Part,
-    textures: Vec<Texture>,
+    textures: Vec<Arc<Texture>>,
     tile_m: Vec<f32>,
 }
 
@@ -60,7 +61,7 @@ impl Mesh {
 
     /// Adds a texture.
     pub(crate) fn texture(&mut self, texture: Texture) -> u32 {
-        self.textures.push(texture);
+        self.textures.push(Arc::new(texture));
         self.textures.len() as u32 - 1
     }
 

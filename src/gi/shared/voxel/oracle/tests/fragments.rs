@@ -131,10 +131,8 @@ fn means_are_weighted_by_area() {
 #[test]
 fn textures_are_averaged_over_a_voxel() {
     let mut scene = scene_of(&floor(4.0, 1.5, 0.5));
-    scene.textures = vec![texture(
-        TextureKind::Color,
-        &[[0, 0, 0, 255], [255, 255, 255, 255]],
-    )];
+    let stripes = [[0, 0, 0, 255], [255, 255, 255, 255]];
+    scene.textures = vec![texture(TextureKind::Color, &stripes).into()];
     scene.materials[0].albedo_texture = Some(0);
     scene.materials[0].emission = Vec3::new(8.0, 0.0, 0.0);
     let parts = fragments(&scene, &UNIT_GRID);
@@ -151,8 +149,8 @@ fn textures_are_averaged_over_a_voxel() {
 fn masks_and_metals() {
     let mut scene = scene_of(&floor(4.0, 1.5, 0.5));
     scene.textures = vec![
-        texture(TextureKind::Mask, &[[0; 4]]),
-        texture(TextureKind::Mask, &[[153; 4]]),
+        texture(TextureKind::Mask, &[[0; 4]]).into(),
+        texture(TextureKind::Mask, &[[153; 4]]).into(),
     ];
     scene.materials[0].mask_texture = Some(0);
     scene.materials[1].mask_texture = Some(1);
