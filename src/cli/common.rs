@@ -82,19 +82,17 @@ impl SceneArgs {
         Ok(scene)
     }
 
-    /// The scene and its options, as a command line has them.
-    pub(super) fn words(&self) -> String {
+    /// The scene and its options, as a command line has them, at a time (s) and with more that
+    /// replaces parts of the scene.
+    pub(super) fn words(&self, time_s: Option<f32>, with: &[String]) -> String {
         let quoted = |word: &OsStr| quoted(&word.to_string_lossy());
         let mut words = vec![quoted(&self.scene)];
         let mut option = |name: &str, value: Option<String>| {
             words.extend(value.map(|value| format!("{name} {value}")));
         };
         option("--up", (self.load.up == Up::Z).then(|| "z".to_owned()));
-        option(
-            "--time",
-            self.time.time_s().map(|time_s| time_s.to_string()),
-        );
-        for text in &self.with {
+        option("--time", time_s.map(|time_s| time_s.to_string()));
+        for text in self.with.iter().chain(with) {
             option("--with", Some(quoted(text.as_ref())));
         }
         if self.load.allow_missing_textures {

@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use crate::measure::bench::{BenchSettings, Case, open};
 use crate::measure::chart::{PictureFolder, Progress, Sweep, bounces_text};
-use crate::measure::fit::{Bounds, Fit, SceneTrial, TrialProgress, cases_at};
+use crate::measure::fit::{Bounds, Fit, SceneTrial, TrialProgress, TrialSettings, View, cases_at};
 use crate::measure::records::Records;
 use crate::metrics::Channel;
 use crate::reference::{Bounces, cache_dir};
-use crate::scene::Scene;
+use crate::scene::{Scene, camera_toml};
 
 use super::CliError;
 use super::chart::{failed, grid};
@@ -19,6 +19,7 @@ use super::common::{
 use super::files::{Files, check_results_folder};
 use super::frame::FrameArgs;
 use super::reference::parse_bounces;
+use super::sequence::PathArgs;
 use super::stop;
 use super::write::{check_output_folder, make_folder, stems, write_report};
 
@@ -46,6 +47,8 @@ pub(crate) struct Args {
     /// Indirect bounces that are computed, and that the reference has: a number, or full.
     #[arg(long, value_name = "N|full", default_value = "1", value_parser = parse_bounces)]
     bounces: Bounces,
+    #[command(flatten)]
+    views: ViewArgs,
     /// Which techniques with which settings (docs/chart.md) [default: a grid of all techniques].
     #[arg(long, value_name = "FILE.toml")]
     grid: Option<PathBuf>,
@@ -95,6 +98,65 @@ pub(crate) struct Args {
     report: Option<PathBuf>,
 }
 
+/// The views that the bounds hold for.
+#[derive(clap::Args)]
+#[command(next_help_heading = "Views")]
+struct ViewArgs {
+    /// Views along a path of the camera, from the scene's own on. The bounds hold in each.
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1,
+        value_parser = clap::value_parser!(u32).range(1..=100),
+    )]
+    views: u32,
+    #[command(flatten)]
+    path: PathArgs,
+    /// One more view, as `lumivox view` copies it: 'camera = { eye = [0.0, 1.0, 2.0], target =
+    /// [0.0, 1.0, 0.0] }', or TOML of lights or an environment; may be repeated.
+    #[arg(long, value_name = "TOML")]
+    at: Vec<String>,
+}
+
+impl ViewArgs {
+    /// The views of a scene, and each as commands name it.
+    fn of(&self, scene: &Scene, args: &SceneArgs) -> Result<Vec<(Scene, String)>, CliError> {
+        let given = self.path.given();
+        if self.views == 1 && !given.is_empty() {
+            return Err(CliError::input(format!(
+                "{} makes no difference to one view; say with --views how many the path has",
+                given.join(", ")
+            )));
+        }
+        self.path.check(self.views)?;
+        let shot = self.path.shot(scene, args.time_s());
+        if self.views > 1 && shot.is_still() {
+            return Err(CliError::input(format!(
+                "--views is {}, and all of them are the same; give --pan, --dolly or --fps, or \
+                 single views with --at",
+                self.views
+            )));
+        }
+        let of_path = |index: u32| {
+            let mut view = scene.clone();
+            let time_s = match shot.place(&mut view, index) {
+                true => Some(shot.time_s(index)),
+                false => args.time_s(),
+            };
+            let camera = (index > 0).then(|| camera_toml(&view.camera));
+            let words = args.words(time_s, camera.as_slice());
+            (view, words)
+        };
+        let at = |text: &String| {
+            let mut view = scene.clone();
+            view.overlay("--at", text).map_err(CliError::input)?;
+            Ok((view, args.words(args.time_s(), std::slice::from_ref(text))))
+        };
+        let of_path = (0..self.views).map(|index| Ok(of_path(index)));
+        of_path.chain(self.at.iter().map(at)).collect()
+    }
+}
+
 /// Searches, then tells what was found. That nothing meets the bounds is a failure.
 pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     let bounds = bounds(args)?;
@@ -113,7 +175,8 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     check_output_folder(&args.output)?;
     let scene = args.scene.open(&mut files)?;
     check_results_folder(&args.output, std::slice::from_ref(&scene))?;
-    let fit = search(args, &scene, cases, bounds, quiet)?;
+    let views = args.views.of(&scene, &args.scene)?;
+    let fit = search(args, &views, cases, bounds, quiet)?;
     fit.lines().iter().for_each(|line| say(line));
     if let Some(path) = &args.report {
         write_report(path, &serde_json::to_value(&fit).map_err(CliError::failed)?)?;
@@ -160,7 +223,7 @@ fn bounds(args: &Args) -> Result<Bounds, CliError> {
 /// Measures on the device, with a bar that tells what.
 fn search(
     args: &Args,
-    scene: &Scene,
+    views: &[(Scene, String)],
     cases: Vec<Case>,
     bounds: Bounds,
     quiet: bool,
@@ -179,19 +242,27 @@ fn search(
     };
     let gpu = open(&settings.gpu, settings.timing).map_err(CliError::failed)?;
     make_folder(&args.output)?;
-    let stem = stems([scene.name.as_str()].into_iter(), &args.output).remove(0);
+    let name = views.first().map_or("", |(scene, _)| &scene.name);
+    let stem = stems([name].into_iter(), &args.output).remove(0);
     let mut records = Records::open(&stem.with_extension("jsonl")).map_err(CliError::failed)?;
     stop::keeps("the points that were measured are kept; the same command measures the others");
     let (cache, pictures) = (cache_dir(), PictureFolder::of(&args.output));
-    let sweep = Sweep::new(&gpu, scene, &settings, args.noise);
-    let mut run = sweep.start(&cache, &pictures);
     let bar = progress_count(quiet);
-    run.prepare(args.bounces, &mut |step| {
-        if let Progress::Reference(bounces) = step {
-            bar.set_message(format!("reference, {}", bounces_text(bounces)));
-        }
-    })
-    .map_err(failed)?;
+    let sweeps: Vec<Sweep<'_>> = views
+        .iter()
+        .map(|(scene, _)| Sweep::new(&gpu, scene, &settings, args.noise))
+        .collect();
+    let view = |(sweep, (_, source)): (_, &(Scene, String))| {
+        let mut run = Sweep::start(sweep, &cache, &pictures);
+        run.prepare(args.bounces, &mut |step| {
+            if let Progress::Reference(bounces) = step {
+                bar.set_message(format!("reference, {}", bounces_text(bounces)));
+            }
+        })?;
+        Ok(View::new(source.clone(), sweep, run))
+    };
+    let views = sweeps.iter().zip(views).map(view);
+    let views = views.collect::<Result<_, _>>().map_err(failed)?;
     let mut progress = |step: TrialProgress<'_>| match step {
         TrialProgress::Measuring(case) => bar.set_message(case.entry.name),
         TrialProgress::Done(point) => {
@@ -201,9 +272,10 @@ fn search(
             bar.inc(1);
         }
     };
-    let mut trial = SceneTrial::new(&sweep, run, &mut records, args.moving, cases, &mut progress);
-    let source = args.scene.words();
-    let fit = Fit::search(&mut trial, bounds, args.bounces, &source).map_err(failed)?;
+    let is_moving = args.moving;
+    let settings = TrialSettings { bounds, is_moving };
+    let mut trial = SceneTrial::new(views, &mut records, &settings, cases, &mut progress);
+    let fit = Fit::search(&mut trial, args.bounces).map_err(failed)?;
     bar.finish_and_clear();
     Ok(fit)
 }

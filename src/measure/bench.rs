@@ -224,8 +224,9 @@ pub fn open(options: &GpuOptions, timing: Timing) -> Result<Gpu, Error> {
 }
 
 /// As [`measure`], on a device that is open: its pipelines may be compiled already. `uploaded`
-/// keeps the scene on the device from case to case, and is empty at first. Beside the report, which
-/// tells a failure too, there are the pictures or the failure itself.
+/// keeps the scene on the device from case to case, and is empty at first; it may be of the same
+/// scene with another camera. Beside the report, which tells a failure too, there are the pictures
+/// or the failure itself.
 pub fn measure_on(
     gpu: &Gpu,
     uploaded: &mut Option<GpuScene>,
@@ -321,7 +322,8 @@ fn run<'g>(
     case: &Case,
     settings: &BenchSettings,
 ) -> Result<Run<'g>, Error> {
-    let uploaded = uploaded.map_or_else(|| GpuScene::new(gpu, scene), Ok)?;
+    let mut uploaded = uploaded.map_or_else(|| GpuScene::new(gpu, scene), Ok)?;
+    uploaded.eye = scene.camera.eye;
     let (mut renderer, first_build) =
         Renderer::of(gpu, uploaded, case.entry, &case.settings, settings.frame)?;
     let builds = (0..settings.rebuilds)

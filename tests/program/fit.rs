@@ -76,6 +76,68 @@ fn an_answer_is_measured_once_and_shared_with_the_chart() {
     assert!(folder.join("out/chart.html").is_file());
 }
 
+/// A path of two views and a third view: the answer meets the bound in each, and what a view has
+/// ruled out is not measured in the others.
+#[test]
+fn bounds_hold_in_all_views() {
+    let place = place();
+    let folder = place.path();
+    let third = "camera = { eye = [0.0, 1.0, 0.9], target = [0.0, 0.0, -0.5], vfov_deg = 60 }";
+    let line = format!(
+        "fit {SMALL} --noise 0.1 --max-error 0.2 --views 2 --pan 40 -o out --report fit.json"
+    );
+    let mut command = command();
+    command
+        .current_dir(folder)
+        .env("LUMIVOX_CACHE", folder.join("cache"));
+    let words = words(&line);
+    let said = succeeded(&command.args(words).args(["--at", third]).output().unwrap());
+    assert!(said.contains("cornell, 1 bounce, 3 views: "), "{said}");
+    let report = std::fs::read_to_string(folder.join("fit.json")).unwrap();
+    let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+    let sources: Vec<&str> = report["views"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|source| source.as_str().unwrap())
+        .collect();
+    assert_eq!(sources[0], "bundled:cornell");
+    assert!(sources[1].contains("--with 'camera = ") && sources[2].contains(third));
+    let best = &report["best"];
+    let views: Vec<Point> = serde_json::from_value(best["views"].clone()).unwrap();
+    let errors: Vec<f64> = views
+        .iter()
+        .map(|view| view.error.unwrap().rel_rmse)
+        .collect();
+    let worst = errors.iter().copied().fold(0.0, f64::max);
+    assert!(worst <= 0.2 && best["error"] == worst, "{errors:?}");
+    let hashes: BTreeSet<&str> = views
+        .iter()
+        .map(|view| view.setup.scene_hash.as_str())
+        .collect();
+    assert_eq!((views.len(), hashes.len()), (3, 3));
+    let at = errors.iter().position(|error| *error == worst).unwrap();
+    let render = said.lines().last().unwrap();
+    assert!(
+        render.starts_with(&format!("lumivox render {} --technique", sources[at])),
+        "the view of the largest error: {render}"
+    );
+    let all = read_records::<Point>(&folder.join("out/cornell.jsonl")).unwrap();
+    let mut counts: Vec<usize> = hashes
+        .iter()
+        .map(|hash| {
+            let is_first =
+                |point: &&Point| point.setup.scene_hash == *hash && point.round == Some(1);
+            all.iter().filter(is_first).count()
+        })
+        .collect();
+    counts.sort_unstable();
+    assert!(
+        2 * counts[0] < counts[2],
+        "{counts:?} were measured in the views"
+    );
+}
+
 /// Nothing takes so little time: exit code 1, and what comes nearest.
 #[test]
 fn a_bound_out_of_reach_names_the_nearest() {
@@ -131,6 +193,20 @@ const BAD_ARGUMENTS: &[(&str, &[&str])] = &[
         &["cannot read the grid", "no.toml"],
     ),
     ("bundled:nowhere --max-ms 9", &["nowhere"]),
+    (
+        "bundled:cornell --max-ms 9 --views 3",
+        &["--views is 3", "--pan", "--at"],
+    ),
+    (
+        "bundled:cornell --max-ms 9 --views 3 --pan 400",
+        &["--pan is 400", "-360 to 360"],
+    ),
+    (
+        "bundled:cornell --max-ms 9 --dolly 0.5",
+        &["--dolly", "--views"],
+    ),
+    ("bundled:cornell --max-ms 9 --views 0", &["--views"]),
+    ("bundled:cornell --max-ms 9 --at camera=3", &["--at", "1"]),
     (
         "bundled:cornell --max-ms 9 --report fit.txt",
         &["fit.txt", "json"],

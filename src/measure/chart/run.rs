@@ -101,6 +101,14 @@ impl<'s> Sweep<'s> {
         cases.iter().filter(is_missing).collect()
     }
 
+    /// Whether the scene of another sweep differs from this one in its camera alone, as far as
+    /// views of one scene can differ.
+    pub fn differs_in_camera_alone(&self, other: &Sweep<'_>) -> bool {
+        (&self.scene.lights, self.scene.environment)
+            == (&other.scene.lights, other.scene.environment)
+            && self.scene.vertices == other.scene.vertices
+    }
+
     /// Name of the scene.
     pub fn scene_name(&self) -> &str {
         &self.scene.name
@@ -269,6 +277,12 @@ pub struct SweepRun<'r> {
 }
 
 impl SweepRun<'_> {
+    /// The scene on the device, between two points. A run whose scene differs in its camera alone
+    /// can go on with it.
+    pub fn uploaded(&mut self) -> &mut Option<GpuScene> {
+        &mut self.uploaded
+    }
+
     /// Takes a reference from the cache or renders it, and writes its picture; where that is done,
     /// nothing more.
     pub fn prepare(

@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::bound::{Bounds, Figures};
 use super::search::{Found, Search, Trial as _};
 use super::trial::SceneTrial;
+use super::view::{View, figures_of, time_of};
 use crate::graph::Spread;
 use crate::measure::chart::{Point, SweepError, bounces_text, render_command};
 use crate::reference::Bounces;
@@ -15,16 +16,18 @@ use crate::text::{counted, short};
 pub struct Choice {
     /// Technique, preset, resolution and the settings that differ from the preset.
     pub name: String,
-    /// Error of the indirect light over blocks, relative to the mean of the reference.
+    /// Error of the indirect light over blocks, relative to the mean of the reference, in the view
+    /// where it is largest.
     pub error: f64,
-    /// Time of a frame's indirect light (ms), with a build where geometry moves.
+    /// Time of a frame's indirect light (ms), with a build where geometry moves, in the view where
+    /// it is largest.
     pub ms: Spread,
-    /// Bytes that the technique keeps in the world.
+    /// Bytes that the technique keeps in the world; the most over the views.
     pub bytes: u64,
-    /// The command that renders its picture.
+    /// The command that renders its picture in the view of the largest error.
     pub command: String,
-    /// All that was measured of it.
-    pub point: Point,
+    /// All that was measured of it, a point for each view.
+    pub views: Vec<Point>,
 }
 
 /// What a search found.
@@ -34,6 +37,8 @@ pub struct Fit {
     pub scene: String,
     /// Indirect bounces.
     pub bounces: Bounces,
+    /// Views of the scene that the bounds hold for: the scenes as commands name them.
+    pub views: Vec<String>,
     /// Bound of the error; `None` where there is none, here and below.
     pub max_error: Option<f64>,
     /// Bound of the time (ms).
@@ -64,44 +69,46 @@ pub struct Fit {
 const CHEAPER: f64 = 0.97;
 
 impl Fit {
-    /// Searches the cases of a trial. `source` is the scene as commands name it, with its options.
-    pub fn search(
-        trial: &mut SceneTrial<'_>,
-        bounds: Bounds,
-        bounces: Bounces,
-        source: &str,
-    ) -> Result<Self, SweepError> {
+    /// Searches the cases of a trial.
+    pub fn search(trial: &mut SceneTrial<'_>, bounces: Bounces) -> Result<Self, SweepError> {
         let (candidates, rounds) = (trial.candidates(), trial.rounds());
-        let grid_points = candidates.len();
+        let (bounds, grid_points) = (trial.bounds(), candidates.len());
         let found = Search::new(trial, bounds, rounds, candidates).run()?;
-        Ok(Fit::of(trial, &found, bounds, bounces, source, grid_points))
+        loop {
+            let all = figures_of_all(trial, &found);
+            let next = found
+                .best
+                .and_then(|best| next_cheaper(&bounds, &all, best));
+            let is_known = next.map_or(Ok(true), |next| trial.complete(next).map(|any| !any))?;
+            if is_known {
+                return Ok(Fit::of(trial, &found, next, bounces, grid_points));
+            }
+        }
     }
 
     fn of(
         trial: &SceneTrial<'_>,
         found: &Found,
-        bounds: Bounds,
+        next: Option<usize>,
         bounces: Bounces,
-        source: &str,
         grid_points: usize,
     ) -> Self {
-        let measured = found.measured.iter();
-        let all: Vec<(usize, Figures)> = measured
-            .filter_map(|&index| Some((index, trial.figures(index)?)))
-            .collect();
-        let choice = |index: usize| {
-            let point = trial.point(index)?;
-            Choice::of(point, trial.time_of(point)?, source)
+        let bounds = trial.bounds();
+        let choice = |index: usize| Choice::of(trial, index);
+        let nearest = match found.best {
+            Some(_) => None,
+            None => bounds.nearest(&figures_of_all(trial, found)),
         };
-        let nearest = found.best.is_none().then(|| bounds.nearest(&all)).flatten();
-        let next = found
-            .best
-            .and_then(|best| next_cheaper(&bounds, &all, best));
         let bound = |bound: f64| Some(bound).filter(|bound| bound.is_finite());
         let rounds_s: f64 = found.efforts[..grid_points].iter().sum();
         Fit {
             scene: trial.scene_name().to_owned(),
             bounces,
+            views: trial
+                .views()
+                .iter()
+                .map(|view| view.source().to_owned())
+                .collect(),
             max_error: bound(bounds.max_error),
             max_ms: bound(bounds.max_ms),
             max_bytes: bound(bounds.max_bytes),
@@ -133,11 +140,16 @@ impl Fit {
     /// The answer, a line for each thing that it says.
     pub fn lines(&self) -> Vec<String> {
         let mut lines = Vec::new();
-        let bounces = bounces_text(self.bounces);
+        let views = match self.views.len() {
+            1 => String::new(),
+            count => format!(", {}", counted(count, "view")),
+        };
+        let bounces = bounces_text(self.bounces) + &views;
         match (&self.best, &self.nearest) {
             (Some(best), _) => {
                 lines.push(format!("{}, {bounces}: {}", self.scene, best.name));
                 lines.push(format!("  {}", self.figures_text(best)));
+                lines.extend(self.views_text(best));
                 lines.push(format!("  {}", self.reason()));
                 lines.push(format!("  {}", self.cheaper_text(best)));
             }
@@ -146,6 +158,7 @@ impl Fit {
                 lines.push(format!("{}, {bounces}: nothing has {asked}", self.scene));
                 lines.push(format!("  nearest: {}", nearest.name));
                 lines.push(format!("  {}", self.figures_text(nearest)));
+                lines.extend(self.views_text(nearest));
             }
             (None, None) => lines.push(format!(
                 "{}, {bounces}: no point has an error that could be judged",
@@ -175,6 +188,21 @@ impl Fit {
             short(max),
             choice.bytes as f64 / MIB
         )
+    }
+
+    /// The figures of each view, where there are several.
+    fn views_text(&self, choice: &Choice) -> Option<String> {
+        let figures = |point: &Point| figures_of(point, self.is_moving);
+        let all: Vec<Figures> = choice.views.iter().filter_map(figures).collect();
+        let list =
+            |text: &dyn Fn(&Figures) -> String| all.iter().map(text).collect::<Vec<_>>().join(", ");
+        (self.views.len() > 1).then(|| {
+            format!(
+                "  the largest of its views, which have {} in {} ms",
+                list(&|it| percent(it.error)),
+                list(&|it| short(it.ms))
+            )
+        })
     }
 
     fn reason(&self) -> String {
@@ -212,20 +240,44 @@ impl Fit {
 }
 
 impl Choice {
-    fn of(point: &Point, ms: Spread, source: &str) -> Option<Self> {
+    /// What a trial has measured of a candidate in all views.
+    fn of(trial: &SceneTrial<'_>, candidate: usize) -> Option<Self> {
+        let views: Vec<(&View<'_>, &Point)> = trial
+            .views()
+            .iter()
+            .filter_map(|view| Some((view, view.point(candidate)?)))
+            .collect();
+        let error_of = |point: &Point| point.error.map_or(0.0, |error| error.rel_rmse);
+        let (view, point) = *views
+            .iter()
+            .max_by(|a, b| error_of(a.1).total_cmp(&error_of(b.1)))?;
+        let points = || views.iter().map(|(_, point)| *point);
+        let times = points().filter_map(|point| time_of(point, trial.is_moving()));
+        let ms = times.max_by(|a, b| a.median.total_cmp(&b.median))?;
         let changes = match point.changes.is_empty() {
             true => String::new(),
             false => format!(" with {}", point.changes_text()),
         };
         Some(Choice {
             name: format!("{}{changes}", point.name()),
-            error: point.error?.rel_rmse,
+            error: error_of(point),
             ms,
-            bytes: point.structure_bytes.unwrap_or(0),
-            command: render_command(source, point),
-            point: point.clone(),
+            bytes: points()
+                .filter_map(|point| point.structure_bytes)
+                .max()
+                .unwrap_or(0),
+            command: render_command(view.source(), point),
+            views: points().cloned().collect(),
         })
     }
+}
+
+/// The figures of all that was measured.
+fn figures_of_all(trial: &SceneTrial<'_>, found: &Found) -> Vec<(usize, Figures)> {
+    let measured = found.measured.iter();
+    measured
+        .filter_map(|&index| Some((index, trial.figures(index)?)))
+        .collect()
 }
 
 /// Of all that takes less time than the best and meets the other bounds, the least error.

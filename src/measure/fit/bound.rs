@@ -15,6 +15,20 @@ pub struct Figures {
     pub bytes: f64,
 }
 
+impl Figures {
+    /// The largest of each over several views of a scene; `None` without views. A bound that they
+    /// meet, all views meet.
+    pub fn worst(views: &[Figures]) -> Option<Figures> {
+        let slowest = views.iter().max_by(|a, b| a.ms.total_cmp(&b.ms))?;
+        let most = |of: fn(&Figures) -> f64| views.iter().map(of).fold(0.0, f64::max);
+        Some(Figures {
+            error: most(|it| it.error),
+            bytes: most(|it| it.bytes),
+            ..*slowest
+        })
+    }
+}
+
 /// What the figures may be at most; infinite where nothing is asked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
@@ -70,6 +84,26 @@ impl Bounds {
         (error / self.max_error)
             .max(ms / self.max_ms)
             .max(bytes / self.max_bytes)
+    }
+
+    /// Whether figures rule a candidate out even if its time is less by the factor `slack`: they
+    /// are beyond a bound, or worse than those of the best that is known, where there is one.
+    pub fn rule_out(
+        &self,
+        figures: &Figures,
+        best: Option<&Figures>,
+        slack: f64,
+        noise: f64,
+    ) -> bool {
+        let faster = Figures {
+            ms: figures.ms / slack,
+            ..*figures
+        };
+        let is_worse = best.is_some_and(|best| match self.aim() {
+            Aim::Time => faster.ms > best.ms,
+            Aim::Error => faster.error > best.error + noise,
+        });
+        is_worse || !self.are_met(&faster)
     }
 
     /// The best of all that are within the bounds. Errors that differ by less than `noise` count
@@ -156,6 +190,58 @@ mod tests {
         };
         assert_eq!(fast.best(&all, 0.0), None);
         assert_eq!(fast.nearest(&all), Some(1), "a third too slow");
+    }
+
+    /// Planted: one view is the slowest, another the most wrong, a third needs the most memory.
+    #[test]
+    fn the_worst_view_counts() {
+        let views: Vec<Figures> = all(&[[3.0, 0.1, 1.0], [1.0, 0.4, 1.0], [2.0, 0.2, 5.0]])
+            .into_iter()
+            .map(|(_, figures)| figures)
+            .collect();
+        let worst = Figures::worst(&views).unwrap_or(views[0]);
+        assert_eq!((worst.ms, worst.error, worst.bytes), (3.0, 0.4, 5.0));
+        assert_eq!(worst.fastest_ms, 3.0, "of the slowest view");
+        assert!(Figures::worst(&[]).is_none());
+    }
+
+    /// Planted: what a bound rules out for certain, and what a slower machine may have spoiled.
+    #[test]
+    fn ruled_out_is_what_cannot_be_the_best() {
+        let [good, wrong, slow, large] = [
+            [1.0, 0.1, 1.0],
+            [1.0, 0.11, 1.0],
+            [1.3, 0.05, 1.0],
+            [1.0, 0.1, 9.0],
+        ]
+        .map(|[ms, error, bytes]| Figures {
+            ms,
+            fastest_ms: ms,
+            error,
+            bytes,
+        });
+        let bounds = Bounds {
+            max_error: 0.1,
+            max_bytes: 4.0,
+            ..Bounds::NONE
+        };
+        let is_out = |it: &Figures, slack| bounds.rule_out(it, Some(&good), slack, 0.02);
+        assert!(is_out(&wrong, 1.25) && is_out(&large, 1.25) && is_out(&slow, 1.25));
+        assert!(!is_out(&good, 1.25) && !is_out(&slow, 1.5));
+        assert!(
+            !bounds.rule_out(&slow, None, 1.25, 0.02),
+            "nothing is better yet"
+        );
+        let fast = Bounds {
+            max_ms: 1.1,
+            ..Bounds::NONE
+        };
+        let is_out = |it: &Figures, slack| fast.rule_out(it, Some(&good), slack, 0.005);
+        assert!(is_out(&wrong, 1.25) && is_out(&slow, 1.0) && !is_out(&slow, 1.25));
+        assert!(
+            !fast.rule_out(&wrong, Some(&good), 1.25, 0.02),
+            "as good within the noise"
+        );
     }
 
     /// Planted: errors within the noise are one, and the fastest of them is taken.

@@ -15,6 +15,10 @@ pub trait Trial {
     /// Measures a candidate in a round, from 1 on; later rounds make its time more certain.
     fn measure(&mut self, candidate: usize, round: u32) -> Result<(), Self::Error>;
 
+    /// Measures what it left out of a candidate, as a bound had ruled the candidate out already.
+    /// Returns whether there was anything.
+    fn complete(&mut self, candidate: usize) -> Result<bool, Self::Error>;
+
     /// What was found of a measured candidate; `None` where there is nothing to compare, as the
     /// device refused it.
     fn figures(&self, candidate: usize) -> Option<Figures>;
@@ -67,7 +71,7 @@ const LEAST_GAIN: f64 = 0.005;
 const SLACK: f64 = 1.25;
 
 /// Times of one round are this far apart at most where the machine is steady.
-const SPREAD: f64 = 0.25;
+pub(super) const SPREAD: f64 = 0.25;
 
 /// Measurements of the local search.
 const LOCAL: usize = 16;
@@ -112,6 +116,11 @@ impl<'t, T: Trial> Search<'t, T> {
             }
             left -= self.explore(left)?;
             self.halve()?;
+        }
+        while let Some(centre) = self.centre() {
+            if !self.trial.complete(centre)? {
+                break;
+            }
         }
         Ok(self.found())
     }
@@ -288,6 +297,9 @@ impl<'t, T: Trial> Search<'t, T> {
             }
         }
         while let Some(best) = self.best(self.trial.noise()) {
+            if self.trial.complete(best)? {
+                continue;
+            }
             let round = self.rounds_of(best) + 1;
             if round > self.rounds {
                 break;
