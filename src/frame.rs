@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3, Vec4};
 
-use crate::gi::entry::{Entry, Part, Stage};
+use crate::gi::entry::{Entry, Part, Stage, Suited};
 use crate::gi::inspect::{Beam, BeamAxis, BeamStart, Channels, Energy, LightSlots, ViewRow};
 use crate::gi::shared::screen::{self, Screen};
 use crate::gi::{Change, Context, IndirectLight, Inputs, MapNeeds, Settings, Technique};
@@ -180,6 +180,11 @@ impl<'g> Renderer<'g> {
     pub fn cut(&mut self) {
         self.screen.forget();
         self.gbuffer.forget_frame();
+    }
+
+    /// What a technique chooses for the scene, beside the pairs that are set already.
+    pub fn suit(&self, entry: &Entry, set: &[String]) -> Result<Option<Suited>, Error> {
+        (entry.suit)(&context!(self), set)
     }
 
     /// The scene on the device, for another renderer.

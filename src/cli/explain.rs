@@ -18,7 +18,7 @@ use super::common::{
 };
 use super::files::Files;
 use super::frame::FrameArgs;
-use super::suited::Suiting;
+use super::suited::{Chosen, Suiting};
 use super::write::write_report;
 
 /// Split the error of a technique into its sources: replace one approximation at a time by the
@@ -92,7 +92,11 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     })
     .map_err(CliError::failed)?;
     let gpu_scene = GpuScene::new(&gpu, &scene).map_err(CliError::failed)?;
-    let (settings, frame) = Suiting {
+    let Chosen {
+        settings,
+        frame,
+        suited,
+    } = Suiting {
         technique: &args.technique,
         frame: &args.frame,
         size: args.size.into(),
@@ -118,11 +122,12 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         bar.set_length((references + step.rows) as u64);
         bar.set_position((references + step.done) as u64);
     };
-    let budget = explain(&subject, all.as_ref(), &progress).map_err(|error| match error {
+    let mut budget = explain(&subject, all.as_ref(), &progress).map_err(|error| match error {
         ExplainError::Reference(error) => CliError::input(error),
         other => CliError::failed(other),
     })?;
     bar.finish_and_clear();
+    budget.report.suited = suited;
     print(&budget);
     match &args.report {
         Some(path) => write_report(

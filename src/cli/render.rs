@@ -22,7 +22,7 @@ use super::files::Files;
 use super::frame::FrameArgs;
 use super::picture::PictureArgs;
 use super::sequence::SequenceArgs;
-use super::suited::Suiting;
+use super::suited::{Chosen, Suiting};
 
 /// Render a scene with one technique.
 #[derive(clap::Args)]
@@ -115,7 +115,11 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     let gpu = args.gpu()?;
     let size = args.picture.size.into();
     let gpu_scene = GpuScene::new(&gpu, &scene).map_err(CliError::failed)?;
-    let (settings, frame) = Suiting {
+    let Chosen {
+        settings,
+        frame,
+        suited,
+    } = Suiting {
         technique: &args.technique,
         frame: &args.frame,
         size,
@@ -164,6 +168,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     }
     let mut report = Report::new(&gpu, &scene.name, size, entry.name, &settings);
     report.preset = args.technique.preset(entry);
+    report.suited = suited;
     report.time_s = args.scene.time_s();
     report.sequence = args.sequence.row(&shot);
     report.voxel_size_m = renderer.cell_size();

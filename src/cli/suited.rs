@@ -22,6 +22,15 @@ pub(super) struct Suiting<'a> {
     pub(super) quiet: bool,
 }
 
+/// The settings of a technique, and of the frame.
+pub(super) struct Chosen {
+    pub(super) settings: Settings,
+    pub(super) frame: FrameSettings,
+    /// What was chosen for the scene, why, and what it would need to be right; `None` where a
+    /// preset is named, or nothing depends on scenes.
+    pub(super) suited: Option<String>,
+}
+
 impl Suiting<'_> {
     /// The settings of a technique, and of the frame; on top of them what suits the scene, which
     /// is said in a line, where no preset is named. What is set by name stays.
@@ -30,7 +39,7 @@ impl Suiting<'_> {
         (entry, settings): (&'static Entry, Settings),
         gpu: &Gpu,
         (gpu_scene, scene): (&GpuScene, &Scene),
-    ) -> Result<(Settings, FrameSettings), CliError> {
+    ) -> Result<Chosen, CliError> {
         let (args, frame, size) = (self.technique, self.frame, self.size.into());
         let context = Context {
             gpu,
@@ -43,7 +52,11 @@ impl Suiting<'_> {
             None => (entry.suit)(&context, &args.set).map_err(CliError::failed)?,
         };
         let Some(mut suited) = suited else {
-            return Ok((settings, frame.settings(size)));
+            return Ok(Chosen {
+                settings,
+                frame: frame.settings(size),
+                suited: None,
+            });
         };
         let named: Vec<&str> = args.set.iter().map(|pair| name_of(pair)).collect();
         suited.pairs.retain(|pair| !named.contains(&name_of(pair)));
@@ -55,10 +68,15 @@ impl Suiting<'_> {
         let settings = entry.settings(None, &pairs).map_err(bad_setting)?;
         warn_of_idle([(entry, &settings)], &new);
         let frame = frame.suited(size, suited.shadow_resolution);
+        let line = line_of(&suited, &settings, &frame);
         if !self.quiet {
-            eprintln!("{}", chosen(&suited, &settings, &frame));
+            eprintln!("chosen for this scene: {line}");
         }
-        Ok((settings, frame))
+        Ok(Chosen {
+            settings,
+            frame,
+            suited: Some(line),
+        })
     }
 }
 
@@ -68,7 +86,7 @@ fn name_of(pair: &str) -> &str {
 }
 
 /// What was chosen for the scene, why, and what it would need to be right.
-fn chosen(suited: &Suited, settings: &Settings, frame: &FrameSettings) -> String {
+fn line_of(suited: &Suited, settings: &Settings, frame: &FrameSettings) -> String {
     let is_chosen = |name: &str| suited.pairs.iter().any(|pair| name_of(pair) == name);
     let pairs: Vec<String> = settings
         .iter()
@@ -78,7 +96,7 @@ fn chosen(suited: &Suited, settings: &Settings, frame: &FrameSettings) -> String
         .collect();
     let needs = suited.needs.iter().map(|needs| format!("; {needs}"));
     format!(
-        "chosen for this scene: {} ({}){}",
+        "{} ({}){}",
         pairs.join(", "),
         suited.because,
         needs.collect::<String>()

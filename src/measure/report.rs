@@ -222,6 +222,9 @@ pub struct Report {
     pub technique: String,
     /// Preset that the settings started from, where it is known.
     pub preset: Option<String>,
+    /// What was set for the scene on top of the preset, and why, where the choice was left open.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub suited: Option<String>,
     /// All settings of the technique and their values.
     pub settings: BTreeMap<String, Value>,
     /// Edge of its finest cells (m), where it has any and it is known.
@@ -414,6 +417,7 @@ impl Report {
             shadows: BTreeMap::new(),
             technique: technique.to_owned(),
             preset: None,
+            suited: None,
             settings: settings
                 .iter()
                 .map(|(name, value)| (name.to_owned(), value))

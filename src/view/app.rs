@@ -331,6 +331,7 @@ impl App {
                     self.session.newest[pane.min(1)] = None;
                     self.session.problem = Some(problem);
                 }
+                Event::Suited(answer) => self.session.take_suited(answer),
                 Event::Traced(answer) => self.session.beam.answer = Some(*answer),
                 Event::NoDevice(problem) => self.session.problem = Some(problem),
                 Event::Shader(result) => {
@@ -400,6 +401,9 @@ impl App {
         }
         if let Some(beam) = self.session.next_beam() {
             self.worker.ask_beam(beam);
+        }
+        if let Some(suit) = self.session.next_suit() {
+            self.worker.ask_suit(suit);
         }
         if self.panels.shows_simulator() {
             let orders = self.session.next_orders();

@@ -16,6 +16,7 @@ use super::panels::SECTIONS;
 use super::script::{Action, Line};
 use super::session::{Choice, Compare};
 use super::simulator::Order;
+use super::suit::Suit;
 use super::views;
 use super::window::Window;
 use crate::frame::Traced;
@@ -224,6 +225,7 @@ impl App {
                 }
                 Ok(if is_so { Step::Done } else { Step::Wait })
             }
+            Action::Suit(side) => self.act_suit(*side, began),
             Action::Settled(seconds) => self.act_settled(*seconds, began.idle),
             Action::Load(_) | Action::Drop(_) | Action::Opened(_) => self.act_scene(action, began),
             Action::Resize(..)
@@ -254,6 +256,17 @@ impl App {
             }
             other => self.act_session(other).map(|()| Step::Done),
         }
+    }
+
+    fn act_suit(&mut self, side: usize, began: Began) -> Result<Step, String> {
+        let choice = &mut self.session.choices[side];
+        if began.turn == 0 {
+            choice.suit = Suit::Wanted;
+        }
+        Ok(match choice.suit {
+            Suit::Said(_) => Step::Done,
+            _ => Step::Wait,
+        })
     }
 
     fn act_wait(&mut self, action: &Action, began: Began) -> Result<Step, String> {

@@ -18,6 +18,7 @@ mod script;
 mod session;
 mod simulator;
 mod store;
+mod suit;
 mod truth;
 mod views;
 mod window;

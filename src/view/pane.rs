@@ -7,6 +7,7 @@ use super::views::{Source, VIEWS, View};
 use super::worker::{Job, PaneJob, Picture};
 use crate::frame::{FrameSettings, Renderer};
 use crate::gi::Settings;
+use crate::gi::entry::{Entry, Suited};
 use crate::graph::{Error, FrameStats, Gpu};
 use crate::image::Aov;
 use crate::render::{GpuScene, RSM, SHADOW_MAPS, ShadowSettings};
@@ -216,6 +217,11 @@ impl<'g> Pane<'g> {
             layers: self.layers(view),
             memory: gpu.memory(),
         }))
+    }
+
+    /// What a technique chooses for the scene.
+    pub(super) fn suit(&self, entry: &Entry) -> Result<Option<Suited>, Error> {
+        self.renderer.suit(entry, &[])
     }
 
     /// Traces a beam from the newest picture; `None` where that is not the picture that was meant,

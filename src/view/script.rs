@@ -40,6 +40,8 @@ pub enum Action {
     Load(String),
     /// `technique left|right NAME [PRESET]`.
     Technique(usize, String, Option<String>),
+    /// `suit left|right`: choose the settings for the scene, and wait for them.
+    Suit(usize),
     /// `set left|right KEY VALUE`.
     Set(usize, String, String),
     /// `compare single|split|difference`.
@@ -183,6 +185,7 @@ fn action(text: &str) -> Option<Action> {
         ["technique", which, name, preset] => {
             Action::Technique(side(which)?, name.to_owned(), Some(preset.to_owned()))
         }
+        ["suit", which] => Action::Suit(side(which)?),
         ["set", which, key, value] => Action::Set(side(which)?, key.to_owned(), value.to_owned()),
         ["compare", name] => Action::Compare(name.to_owned()),
         ["divider", at] => Action::Divider(number(at)?),

@@ -12,10 +12,11 @@ use super::beam::{BeamAnswer, BeamJob, BeamState};
 use super::camera::Controls;
 use super::picture::{Components, Look, ToneMap};
 use super::simulator::{Order, SimulatorState};
+use super::suit::{Suit, SuitAnswer, SuitJob};
 use super::truth::{MOST_SAMPLES, RefinedReference, TruthJob};
 use super::views::VIEWS;
 use super::worker::{Job, PaneJob, Picture};
-use crate::gi::entry::Entry;
+use crate::gi::entry::{Entry, Suited};
 use crate::gi::{SettingError, Settings};
 use crate::image::Aov;
 use crate::reference::Bounces;
@@ -61,6 +62,8 @@ pub(super) struct Choice {
     pub(super) settings: Settings,
     /// What is wrong with the chosen ones.
     pub(super) problem: Option<String>,
+    /// Whether they are to suit the scene.
+    pub(super) suit: Suit,
 }
 
 impl Choice {
@@ -80,6 +83,7 @@ impl Choice {
             set: BTreeMap::new(),
             settings,
             problem: None,
+            suit: Suit::Unasked,
         };
         for (name, value) in pairs.iter().filter_map(|pair| pair.split_once('=')) {
             let mut all = entry.all_settings();
@@ -113,7 +117,24 @@ impl Choice {
             preset.or(entry.presets.first().map(|preset| preset.name)),
         );
         self.set.clear();
+        self.suit = Suit::Unasked;
         self.update();
+    }
+
+    /// What was chosen for the scene, on top of the default preset; returns the resolution of light
+    /// maps that goes with it (texels).
+    fn take_suited(&mut self, suited: Suited) -> Option<u32> {
+        self.choose(self.entry, None);
+        for (name, value) in suited.pairs.iter().filter_map(|pair| pair.split_once('=')) {
+            let mut all = self.entry.all_settings();
+            if let Some(setting) = all.find(|setting| setting.name == name) {
+                self.set.insert(setting.name, value.to_owned());
+            }
+        }
+        self.update();
+        let needs = suited.needs.iter().map(|needs| format!("; {needs}"));
+        self.suit = Suit::Said(suited.because + &needs.collect::<String>());
+        suited.shadow_resolution
     }
 }
 
@@ -369,6 +390,35 @@ impl Session {
             aperture_deg: self.beam.aperture_deg,
         };
         (self.beam.asked.replace(wanted) != Some(wanted)).then_some(wanted)
+    }
+
+    /// What suits the scene, where a side asks for it.
+    pub(super) fn next_suit(&mut self) -> Option<SuitJob> {
+        let mut sides = self.choices.iter_mut().enumerate();
+        let (side, choice) = sides.find(|(_, choice)| choice.suit == Suit::Wanted)?;
+        choice.suit = Suit::Asked;
+        Some(SuitJob {
+            side,
+            entry: choice.entry,
+        })
+    }
+
+    /// Takes what suits the scene, unless the side shows another technique by now.
+    pub(super) fn take_suited(&mut self, answer: SuitAnswer) {
+        let SuitAnswer { of, found } = answer;
+        let choice = &mut self.choices[of.side];
+        if choice.suit != Suit::Asked || choice.entry.name != of.entry.name {
+            return;
+        }
+        match found {
+            Ok(Some(suited)) => {
+                if let Some(resolution) = choice.take_suited(suited) {
+                    self.shadows.resolution = resolution;
+                }
+            }
+            Ok(None) => choice.suit = Suit::Said("nothing of it depends on the scene".to_owned()),
+            Err(problem) => choice.suit = Suit::Said(problem),
+        }
     }
 
     /// What the simulator is to be asked for, where the left technique has one.

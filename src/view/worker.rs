@@ -13,6 +13,7 @@ use glam::Vec3;
 use super::beam::{BeamAnswer, BeamJob};
 use super::pane::Pane;
 use super::picture::Components;
+use super::suit::{SuitAnswer, SuitJob};
 use crate::gi::Settings;
 use crate::gi::entry::Entry;
 use crate::graph::{FrameStats, Gpu, GpuOptions, Messages};
@@ -97,6 +98,8 @@ pub(super) enum Event {
     Picture(Box<Picture>),
     /// A beam with its samples.
     Traced(Box<BeamAnswer>),
+    /// What was chosen for the scene.
+    Suited(SuitAnswer),
     /// What a side asks for cannot be done.
     Failed {
         /// 0 left, 1 right.
@@ -115,9 +118,17 @@ struct Inbox {
     job: Option<Job>,
     modules: Vec<(String, Vec<u32>)>,
     beam: Option<BeamJob>,
+    suit: Option<SuitJob>,
     quit: bool,
     /// Whether a job is being worked on.
     busy: bool,
+}
+
+impl Inbox {
+    /// Whether there is something to do beside a job.
+    fn has_other_work(&self) -> bool {
+        self.beam.is_some() || self.suit.is_some() || !self.modules.is_empty()
+    }
 }
 
 #[derive(Default)]
@@ -170,6 +181,12 @@ impl Worker {
         self.shared.wake.notify_one();
     }
 
+    /// Asks for what suits the scene that was last rendered.
+    pub(super) fn ask_suit(&self, job: SuitJob) {
+        self.shared.inbox().suit = Some(job);
+        self.shared.wake.notify_one();
+    }
+
     /// Hands a shader module over, to be taken in place of the embedded one.
     pub(super) fn replace_module(&self, stem: String, words: Vec<u32>) {
         self.shared.inbox().modules.push((stem, words));
@@ -179,7 +196,7 @@ impl Worker {
     /// Whether it is at work.
     pub(super) fn is_busy(&self) -> bool {
         let inbox = self.shared.inbox();
-        inbox.busy || inbox.job.is_some() || inbox.beam.is_some() || !inbox.modules.is_empty()
+        inbox.busy || inbox.job.is_some() || inbox.has_other_work()
     }
 
     /// All events since the last call.
@@ -259,15 +276,10 @@ fn work(shared: &Shared, options: &GpuOptions, notify: &dyn Fn()) {
     let mut panes: [Option<Pane<'_>>; 2] = [None, None];
     let mut last: Option<Job> = None;
     loop {
-        let (job, modules, beam) = {
+        let (job, modules, beam, suit) = {
             let mut inbox = shared.inbox();
             let again = last.as_ref().is_some_and(|job| job.continuous);
-            while !inbox.quit
-                && inbox.job.is_none()
-                && inbox.modules.is_empty()
-                && inbox.beam.is_none()
-                && !again
-            {
+            while !inbox.quit && inbox.job.is_none() && !inbox.has_other_work() && !again {
                 inbox.busy = false;
                 inbox = shared
                     .wake
@@ -282,6 +294,7 @@ fn work(shared: &Shared, options: &GpuOptions, notify: &dyn Fn()) {
                 inbox.job.take(),
                 std::mem::take(&mut inbox.modules),
                 inbox.beam.take(),
+                inbox.suit.take(),
             )
         };
         let changed = !modules.is_empty();
@@ -299,7 +312,7 @@ fn work(shared: &Shared, options: &GpuOptions, notify: &dyn Fn()) {
         // The picture that it begins in is there already; one that is not is asked for again.
         if let Some(answer) = beam.and_then(|beam| panes.get(beam.pane)?.as_ref()?.beam(&beam)) {
             send(Event::Traced(Box::new(answer)));
-            if job.is_none() && !changed {
+            if job.is_none() && !changed && suit.is_none() {
                 continue;
             }
         }
@@ -310,6 +323,10 @@ fn work(shared: &Shared, options: &GpuOptions, notify: &dyn Fn()) {
                 .for_each(|pane| *pane = None);
             serve(shared, &gpu, &mut panes, &job, &send);
             last = Some(job);
+        }
+        // Of the scene that is shown now.
+        if let Some(suit) = suit {
+            send(Event::Suited(suit.answer(panes.iter().flatten().next())));
         }
     }
 }

@@ -7,6 +7,7 @@ use crate::gi::registry;
 use crate::gi::settings::{Domain, Group, Setting};
 use crate::text::counted;
 use crate::view::session::{Choice, Compare};
+use crate::view::suit::Suit;
 
 /// Which pictures are side by side.
 pub(super) fn show_compare(ui: &mut Ui, scope: &mut Scope<'_>) {
@@ -111,6 +112,7 @@ fn show_choice(ui: &mut Ui, choice: &mut Choice, held: &mut bool) {
                 .color(ui.visuals().error_fg_color),
         );
     }
+    show_suit(ui, choice);
     let mut changed = show_groups(ui, choice, held);
     if !choice.set.is_empty()
         && ui
@@ -123,6 +125,20 @@ fn show_choice(ui: &mut Ui, choice: &mut Choice, held: &mut bool) {
     }
     if changed {
         choice.update();
+    }
+}
+
+/// Asks for the settings that suit the scene, and says what they were chosen by.
+fn show_suit(ui: &mut Ui, choice: &mut Choice) {
+    if ui
+        .button("as the scene needs it")
+        .on_hover_text("choose the settings for this scene, as `lumivox render` does")
+        .clicked()
+    {
+        choice.suit = Suit::Wanted;
+    }
+    if let Suit::Said(why) = &choice.suit {
+        ui.label(RichText::new(why).weak());
     }
 }
 
