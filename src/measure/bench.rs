@@ -114,7 +114,7 @@ pub struct BenchSettings {
     pub timing: Timing,
     /// What all techniques share.
     pub frame: FrameSettings,
-    /// Frames after the one that warms up.
+    /// Frames after the one that warms up, at least 1.
     pub frames: u32,
     /// Builds after the first.
     pub rebuilds: u32,
@@ -176,7 +176,7 @@ impl Truth {
     }
 }
 
-/// The last frame of a case.
+/// The first picture of a case that is as it stays; `lumivox render --frames` gives the same.
 #[derive(Clone, Debug)]
 pub struct Pictures {
     /// Outgoing radiance [W/(m² sr)].
@@ -330,13 +330,15 @@ fn run<'g>(
         .map(|_| renderer.rebuild())
         .collect::<Result<_, _>>()?;
     (0..warm_up_frames(case)).try_for_each(|_| renderer.render(&scene.camera).map(drop))?;
-    let frames = (0..settings.frames)
-        .map(|_| renderer.render(&scene.camera))
-        .collect::<Result<_, _>>()?;
+    let mut frames = vec![renderer.render(&scene.camera)?];
+    // However many frames are measured: with history they are not the same.
     let pictures = Pictures {
         full: renderer.aov(Aov::Full)?,
         indirect: renderer.aov(Aov::Indirect)?,
     };
+    for _ in 1..settings.frames {
+        frames.push(renderer.render(&scene.camera)?);
+    }
     let counts = renderer.counts_of_report()?;
     let energy = if settings.samples {
         renderer.energy()?

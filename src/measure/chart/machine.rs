@@ -132,15 +132,15 @@ pub(super) fn is_unsteady(slowness: f64) -> bool {
 }
 
 /// The time of each measurement's shared passes, over the medians of these passes; 1 where it has
-/// none.
+/// none. Their fastest frames count: a single frame may be disturbed while the machine is steady.
 pub(super) fn slowness(points: &[Point]) -> Vec<f64> {
-    let medians = shared_medians(points);
+    let medians = shared_medians(points, |spread| spread.min);
     points
         .iter()
         .map(|point| {
             let shared = point.passes.iter().filter(is_shared);
             let (own, median) = shared
-                .filter_map(|pass| Some((pass.gpu_ms.median, medians.get(&pass.name)?)))
+                .filter_map(|pass| Some((pass.gpu_ms.min, medians.get(&pass.name)?)))
                 .fold((0.0, 0.0), |sum, (own, median)| {
                     (sum.0 + own, sum.1 + median)
                 });
@@ -159,7 +159,8 @@ fn is_shared(pass: &&PassTimes) -> bool {
     stages.any(|stage| stage.part == Part::Shared && stage.passes.contains(&pass.name.as_str()))
 }
 
-fn shared_medians(points: &[Point]) -> BTreeMap<String, f64> {
+/// Medians over all points of one time of each shared pass.
+fn shared_medians(points: &[Point], of: fn(Spread) -> f64) -> BTreeMap<String, f64> {
     let mut times: BTreeMap<String, Vec<f64>> = BTreeMap::new();
     for pass in points
         .iter()
@@ -169,7 +170,7 @@ fn shared_medians(points: &[Point]) -> BTreeMap<String, f64> {
         times
             .entry(pass.name.clone())
             .or_default()
-            .push(pass.gpu_ms.median);
+            .push(of(pass.gpu_ms));
     }
     times
         .into_iter()
@@ -198,7 +199,7 @@ fn correct(point: &mut Point, slowness: f64) {
 }
 
 fn settle_shared_passes(points: &mut [Point]) {
-    let medians = shared_medians(points);
+    let medians = shared_medians(points, |spread| spread.median);
     for point in points {
         let shared: f64 = point
             .passes
@@ -378,6 +379,19 @@ mod tests {
         };
         assert_eq!(one(&[rounds[0].clone(), failed.clone()]), rounds[0]);
         assert_eq!(one(std::slice::from_ref(&failed)), failed);
+    }
+
+    /// One frame of a shared pass took ten times as long: the machine was steady all the same.
+    #[test]
+    fn a_disturbed_frame_changes_nothing() {
+        let mut points = measured();
+        points[4].passes[0].gpu_ms.median = 11.0;
+        points[4].passes[0].gpu_ms.max = 20.0;
+        let section = Section::new(points, None);
+        assert_eq!(section.machine.corrected, 0);
+        let steady = Section::new(measured(), None).points;
+        let indirect = |points: &[Point]| points[4].total("indirect");
+        assert_eq!(indirect(&section.points), indirect(&steady));
     }
 
     /// A third of the points is measured while the machine is slower or faster: the answers are

@@ -100,21 +100,24 @@ impl<'t, T: Trial> Search<'t, T> {
             self.measure(candidate)?;
         }
         loop {
-            self.explore(usize::MAX)?;
+            while self.explore_one()? {}
             if !self.ask_others()? {
                 break;
             }
         }
         self.halve()?;
-        let mut left = LOCAL;
         let mut centres = BTreeSet::new();
-        while let Some(centre) = self.centre().filter(|centre| centres.insert(*centre)) {
-            for neighbour in self.trial.neighbours(centre) {
-                self.estimator.add(&neighbour);
-                self.candidates.push(neighbour);
-                self.centres.push(Some(centre));
+        for _ in 0..LOCAL {
+            if let Some(centre) = self.centre().filter(|centre| centres.insert(*centre)) {
+                for neighbour in self.trial.neighbours(centre) {
+                    self.estimator.add(&neighbour);
+                    self.candidates.push(neighbour);
+                    self.centres.push(Some(centre));
+                }
             }
-            left -= self.explore(left)?;
+            if !self.explore_one()? {
+                break;
+            }
             self.halve()?;
         }
         while let Some(centre) = self.centre() {
@@ -232,18 +235,11 @@ impl<'t, T: Trial> Search<'t, T> {
         Ok(any)
     }
 
-    /// Measures what promises most, until nothing promises enough or `limit` measurements were
-    /// made. Returns how many were made.
-    fn explore(&mut self, limit: usize) -> Result<usize, T::Error> {
-        let mut count = 0;
-        while count < limit {
-            let Some(next) = self.most_promising() else {
-                break;
-            };
-            self.measure(next)?;
-            count += 1;
-        }
-        Ok(count)
+    /// Measures what promises most. Returns whether anything promises enough.
+    fn explore_one(&mut self) -> Result<bool, T::Error> {
+        let next = self.most_promising();
+        next.map_or(Ok(()), |next| self.measure(next))?;
+        Ok(next.is_some())
     }
 
     /// The candidate with the largest gain for its effort.
