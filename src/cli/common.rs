@@ -374,7 +374,7 @@ pub(super) fn check_said() -> Result<(), CliError> {
 pub(super) fn check_positive(option: &str, value: Option<f32>) -> Result<(), CliError> {
     match value.filter(|value| !(value.is_finite() && *value > 0.0)) {
         Some(value) => Err(CliError::input(format!(
-            "{option} is {value}; it must be above 0"
+            "{option} is {value}; it must be a number above 0"
         ))),
         None => Ok(()),
     }

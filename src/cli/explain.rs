@@ -174,7 +174,7 @@ fn print(budget: &Budget) {
     let advice = budget
         .budget
         .iter()
-        .filter(|row| !row.options.is_empty() && row.explains.is_some_and(|share| share > 0.0));
+        .filter(|row| !row.options.is_empty() && row.explains.is_some_and(|it| it >= LEAST_GAIN));
     match advice.max_by(|a, b| {
         a.explains
             .unwrap_or(0.0)
@@ -188,6 +188,9 @@ fn print(budget: &Budget) {
         None => say("no better setting gains anything"),
     }
 }
+
+/// What takes less of the squared error away gains nothing.
+const LEAST_GAIN: f64 = 0.005;
 
 /// Materials of fewer pixels than this share have no line.
 const LEAST_SHARE: f64 = 0.02;
@@ -205,7 +208,7 @@ fn print_materials(budget: &Budget) {
         "material", "bias", "rel_rmse", "pixels"
     ));
     for it in materials {
-        let source = match &it.source {
+        let source = match it.source.filter(|(_, share)| *share >= LEAST_GAIN) {
             Some((name, share)) => format!("{name} ({:.0}%)", 100.0 * share),
             None => "nothing".to_owned(),
         };

@@ -1,5 +1,6 @@
 //! `lumivox fit`: the cheapest technique and settings that meet a bound.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use crate::measure::bench::{BenchSettings, Case, open};
@@ -47,8 +48,6 @@ pub(crate) struct Args {
     /// Indirect bounces that are computed, and that the reference has: a number, or full.
     #[arg(long, value_name = "N|full", default_value = "1", value_parser = parse_bounces)]
     bounces: Bounces,
-    #[command(flatten)]
-    views: ViewArgs,
     /// Which techniques with which settings (docs/chart.md) [default: a grid of all techniques].
     #[arg(long, value_name = "FILE.toml")]
     grid: Option<PathBuf>,
@@ -96,6 +95,8 @@ pub(crate) struct Args {
     /// Write the answer as JSON.
     #[arg(long, value_name = "FILE.json")]
     report: Option<PathBuf>,
+    #[command(flatten)]
+    views: ViewArgs,
 }
 
 /// The views that the bounds hold for.
@@ -110,12 +111,12 @@ struct ViewArgs {
         value_parser = clap::value_parser!(u32).range(1..=100),
     )]
     views: u32,
-    #[command(flatten)]
-    path: PathArgs,
     /// One more view, as `lumivox view` copies it: 'camera = { eye = [0.0, 1.0, 2.0], target =
     /// [0.0, 1.0, 0.0] }', or TOML of lights or an environment; may be repeated.
     #[arg(long, value_name = "TOML")]
     at: Vec<String>,
+    #[command(flatten)]
+    path: PathArgs,
 }
 
 impl ViewArgs {
@@ -172,6 +173,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
             bounces_text(args.bounces)
         )));
     }
+    warn_of_left_out(&grid, &cases, args.bounces);
     check_output_folder(&args.output)?;
     let scene = args.scene.open(&mut files)?;
     check_results_folder(&args.output, std::slice::from_ref(&scene))?;
@@ -187,6 +189,21 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
             "no point that was measured has {}; loosen a bound, or see what comes nearest",
             fit.bounds_text()
         ))),
+    }
+}
+
+/// Techniques of the grid that do not compute so many bounces.
+fn warn_of_left_out(grid: &[Case], cases: &[Case], bounces: Bounces) {
+    let names =
+        |cases: &[Case]| -> BTreeSet<&str> { cases.iter().map(|case| case.entry.name).collect() };
+    let (all, searched) = (names(grid), names(cases));
+    let left_out: Vec<&str> = all.difference(&searched).copied().collect();
+    if !left_out.is_empty() {
+        log::warn!(
+            "left out, as they do not compute {}: {}",
+            bounces_text(bounces),
+            left_out.join(", ")
+        );
     }
 }
 
@@ -218,6 +235,40 @@ fn bounds(args: &Args) -> Result<Bounds, CliError> {
         max_ms: bound(args.max_ms),
         max_bytes: bound(args.max_mib) * f64::from(1 << 20),
     })
+}
+
+/// The same view twice costs time and says nothing.
+fn check_that_views_differ(sweeps: &[Sweep<'_>]) -> Result<(), CliError> {
+    for (index, sweep) in sweeps.iter().enumerate() {
+        let mut before = sweeps[..index].iter();
+        if let Some(same) = before.position(|other| other.is_of_same_view(sweep)) {
+            return Err(CliError::input(format!(
+                "views {} and {} are the same; change the path, or leave one out",
+                same + 1,
+                index + 1
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// An error unless errors can be judged by the reference of a view; `noise` is its own, and `None`
+/// where it shows no light.
+fn check_reference(view: &str, noise: Option<f64>, bounds: &Bounds) -> Result<(), CliError> {
+    let Some(noise) = noise else {
+        return Err(CliError::input(format!(
+            "{view}: the reference shows no indirect light, to which an error could be relative; \
+             move the camera, give the scene light, or leave the view out"
+        )));
+    };
+    if noise > bounds.max_error {
+        return Err(CliError::input(format!(
+            "{view}: the reference itself has an error of {noise:.2e}, above --max-error {}; \
+             allow more",
+            bounds.max_error
+        )));
+    }
+    Ok(())
 }
 
 /// Measures on the device, with a bar that tells what.
@@ -252,17 +303,20 @@ fn search(
         .iter()
         .map(|(scene, _)| Sweep::new(&gpu, scene, &settings, args.noise))
         .collect();
-    let view = |(sweep, (_, source)): (_, &(Scene, String))| {
+    check_that_views_differ(&sweeps)?;
+    let view = |((sweep, (_, source)), number): ((_, &(Scene, String)), usize)| {
         let mut run = Sweep::start(sweep, &cache, &pictures);
-        run.prepare(args.bounces, &mut |step| {
+        let mut tell = |step: Progress<'_>| {
             if let Progress::Reference(bounces) = step {
                 bar.set_message(format!("reference, {}", bounces_text(bounces)));
             }
-        })?;
+        };
+        let noise = run.prepare(args.bounces, &mut tell).map_err(failed)?;
+        check_reference(&format!("view {number}, {source}"), noise, &bounds)?;
         Ok(View::new(source.clone(), sweep, run))
     };
-    let views = sweeps.iter().zip(views).map(view);
-    let views = views.collect::<Result<_, _>>().map_err(failed)?;
+    let views = sweeps.iter().zip(views).zip(1..).map(view);
+    let views = views.collect::<Result<_, CliError>>()?;
     let mut progress = |step: TrialProgress<'_>| match step {
         TrialProgress::Measuring(case) => bar.set_message(case.entry.name),
         TrialProgress::Done(point) => {

@@ -240,11 +240,13 @@ fn choose_view(
             "--view {name}: the views of {technique} are {known}"
         )));
     };
+    let presets: Vec<&str> = entry.presets.iter().map(|preset| preset.name).collect();
     match renderer.levels(view) {
         0 => Err(CliError::input(format!(
             "--view {name}: with these settings {technique} does not keep what it shows ({}); \
-             try another preset",
-            view.help
+             name another preset: {}",
+            view.help,
+            presets.join(", ")
         ))),
         levels if level >= levels => Err(CliError::input(format!(
             "--level {level}: the levels are 0 to {}",

@@ -109,6 +109,11 @@ impl<'s> Sweep<'s> {
             && self.scene.vertices == other.scene.vertices
     }
 
+    /// Whether another sweep measures the same view of the same scene.
+    pub fn is_of_same_view(&self, other: &Sweep<'_>) -> bool {
+        self.setup.scene_hash == other.setup.scene_hash
+    }
+
     /// Name of the scene.
     pub fn scene_name(&self) -> &str {
         &self.scene.name
@@ -284,13 +289,18 @@ impl SweepRun<'_> {
     }
 
     /// Takes a reference from the cache or renders it, and writes its picture; where that is done,
-    /// nothing more.
+    /// nothing more. Returns the standard error of its 8×8-pixel means, relative to their mean;
+    /// `None` where it shows no light.
     pub fn prepare(
         &mut self,
         bounces: Bounces,
         progress: &mut dyn FnMut(Progress<'_>),
-    ) -> Result<(), SweepError> {
-        self.reference(bounces, progress).map(drop)
+    ) -> Result<Option<f64>, SweepError> {
+        let index = self.reference(bounces, progress)?;
+        let truth = self.references[index].truth.indirect.as_ref();
+        let is_lit = |image: &Image| image.pixels.iter().any(|pixel| pixel.max_element() > 0.0);
+        let truth = truth.filter(|(image, _)| is_lit(image));
+        Ok(truth.map(|(_, info)| info.pixel_noise / f64::from(BLOCK_PX)))
     }
 
     /// Index of a reference.

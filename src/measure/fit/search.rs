@@ -194,13 +194,17 @@ impl<'t, T: Trial> Search<'t, T> {
     }
 
     /// The best that meets the bounds. A change that the local search made counts only if it takes
-    /// less time than the fastest frame without it: it has to be more than noise.
+    /// less time than the fastest frame without it, and changes the picture or the memory: it has
+    /// to be more than noise.
     fn best(&self, noise: f64) -> Option<usize> {
         let is_gain = |(candidate, it): &(usize, Figures)| {
             let centre = self.centres[*candidate].and_then(|centre| self.trial.figures(centre));
             let centre = centre.filter(|centre| self.bounds.are_met(centre));
             let is_for_time = self.bounds.aim() == Aim::Time;
-            centre.is_none_or(|centre| !is_for_time || it.ms < centre.fastest_ms)
+            centre.is_none_or(|centre| {
+                let has_effect = (it.error, it.bytes) != (centre.error, centre.bytes);
+                has_effect && (!is_for_time || it.ms < centre.fastest_ms)
+            })
         };
         let mut all = self.figures();
         all.retain(is_gain);

@@ -1,5 +1,6 @@
 //! Measuring the candidates of a search on views of a scene.
 
+use std::collections::BTreeSet;
 use std::time::Instant;
 
 use super::bound::{Bounds, Figures};
@@ -35,6 +36,8 @@ pub struct SceneTrial<'t> {
     cases: Vec<Case>,
     /// Measurements that were made: seconds without those of the frames.
     overheads_s: Vec<f64>,
+    /// The candidates of which something was measured.
+    measured: BTreeSet<usize>,
     seconds: f64,
     progress: &'t mut dyn FnMut(TrialProgress<'_>),
 }
@@ -68,6 +71,7 @@ impl<'t> SceneTrial<'t> {
             is_moving: settings.is_moving,
             cases,
             overheads_s: Vec::new(),
+            measured: BTreeSet::new(),
             seconds: 0.0,
             progress,
         }
@@ -86,6 +90,11 @@ impl<'t> SceneTrial<'t> {
     /// Seconds that measurements took; what had a record took none.
     pub fn seconds(&self) -> f64 {
         self.seconds
+    }
+
+    /// Candidates of which something was measured; the others had records.
+    pub fn measured_now(&self) -> usize {
+        self.measured.len()
     }
 
     /// Name of the scene.
@@ -140,6 +149,7 @@ impl<'t> SceneTrial<'t> {
             return Ok(());
         };
         if is_missing {
+            self.measured.insert(candidate);
             self.seconds += elapsed_s;
             let in_frames_s = 1e-3 * point.median_ms("frame").unwrap_or(0.0) * frames;
             self.overheads_s.push((elapsed_s - in_frames_s).max(0.0));
