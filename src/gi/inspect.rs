@@ -127,6 +127,20 @@ pub struct Beam {
     pub visibility: f32,
 }
 
+/// What a slot has to do with one side of a surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SlotShare {
+    /// Index of the slot.
+    pub slot: usize,
+    /// Share of its radiance in what is seen of the side; those of a side sum to 1.
+    pub seen: f32,
+    /// Share of the surface's area over which the slot's radiance is a mean, 0 to 1.
+    pub area: f32,
+}
+
+/// The slots of one side of a surface; those that have nothing to do with it have shares of 0.
+pub type SlotShares = [SlotShare; 3];
+
 /// Places in which a technique keeps the light that leaves surfaces, so that an error budget can
 /// read and replace it. A *slot* holds one radiance.
 pub trait LightSlots: Sync {
@@ -140,9 +154,9 @@ pub trait LightSlots: Sync {
     fn area_m2(&self, slot: usize) -> f32;
 
     /// The slots of a surface at a world-space position (m): of the side that `normal` points to,
-    /// and of the other side; the same slot twice where both sides share one. `None` where nothing
-    /// is kept.
-    fn at(&self, position: Vec3, normal: Vec3) -> Option<[usize; 2]>;
+    /// and of the other side; the same slots twice where both sides share them. `None` where
+    /// nothing is kept.
+    fn at(&self, position: Vec3, normal: Vec3) -> Option<[SlotShares; 2]>;
 
     /// What each slot sends out (W/(m² sr)).
     fn radiance(&self, gpu: &Gpu) -> Result<Vec<Vec3>, Error>;

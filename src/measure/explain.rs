@@ -370,9 +370,9 @@ impl<'s> Subject<'s> {
         };
         let radiance = slots.radiance(self.gpu)?;
         let seen = |point: &SurfacePoint| {
-            slots
-                .at(point.position, point.normal)
-                .map_or(Vec3::ZERO, |[slot, _]| radiance[slot])
+            let shares = slots.at(point.position, point.normal);
+            let seen = shares.into_iter().flat_map(|[seen, _]| seen);
+            seen.map(|share| share.seen * radiance[share.slot]).sum()
         };
         let diffuse = gather(self.scene, self.frame.size, EXACT_DIRECTIONS, &seen)?;
         Ok(Image::from_fn(diffuse.width, diffuse.height, |i| {
@@ -384,7 +384,7 @@ impl<'s> Subject<'s> {
 /// Puts the light of points of the surfaces into slots: into each the mean over its points. Slots
 /// without a point stay holes.
 pub fn give_light(gpu: &Gpu, slots: &mut dyn LightSlots, points: &[LitPoint]) -> Result<(), Error> {
-    let mut sums = vec![(Vec3::ZERO, 0u32); slots.count()];
+    let mut sums = vec![(Vec3::ZERO, 0.0); slots.count()];
     for LitPoint {
         surface,
         radiance: [front, back],
@@ -393,14 +393,19 @@ pub fn give_light(gpu: &Gpu, slots: &mut dyn LightSlots, points: &[LitPoint]) ->
         let Some([seen, other]) = slots.at(surface.position, surface.normal) else {
             continue;
         };
-        sums[seen].0 += *front;
-        sums[other].0 += *back;
-        sums[seen].1 += 1;
-        sums[other].1 += u32::from(other != seen);
+        for (seen, other) in seen.into_iter().zip(other) {
+            sums[seen.slot].0 += seen.area * *front;
+            sums[other.slot].0 += other.area * *back;
+            sums[seen.slot].1 += seen.area;
+            // What both sides share has one area.
+            if other.slot != seen.slot {
+                sums[other.slot].1 += other.area;
+            }
+        }
     }
     let means: Vec<Option<Vec3>> = sums
         .iter()
-        .map(|(sum, count)| (*count > 0).then(|| *sum / *count as f32))
+        .map(|(sum, area)| (*area > 0.0).then(|| *sum / *area))
         .collect();
     slots.set_direct(gpu, &means)
 }

@@ -275,6 +275,52 @@ fn exact_light_is_the_oracles() {
     assert!(compared > 500 && rel_rmse < 0.05);
 }
 
+/// Exact light in sides of voxels, and in their faces, as it is read back at the points that it is
+/// from: as much on the mean. Where walls meet, a face knows which one it is of.
+#[test]
+fn faces_take_exact_light_as_sides_do() {
+    let (gpu, scene) = (gpu(), bundled("cornell"));
+    let entry = find("voxel-mips").unwrap();
+    let grid = VoxelGrid::around(scene.bounds().unwrap(), 16);
+    let points = light_surfaces(&scene, grid.voxel_size / 8.0).unwrap();
+    let errors = ["two-sided", "six-sided"].map(|radiance| {
+        let pairs = ["resolution=16".to_owned(), format!("radiance={radiance}")];
+        let settings = entry.settings(None, &pairs).unwrap();
+        let frame = FrameSettings {
+            size: SIZE,
+            shadows: ShadowSettings::of_resolution(64),
+        };
+        let (mut renderer, _) =
+            lumivox::frame::Renderer::new(&gpu, &scene, entry, &settings, frame).unwrap();
+        let mut slots = renderer.light_slots().unwrap().unwrap();
+        lumivox::measure::explain::give_light(&gpu, &mut *slots, &points).unwrap();
+        drop(slots);
+        renderer.render(&scene.camera).unwrap();
+        let slots = renderer.light_slots().unwrap().unwrap();
+        let radiance = slots.radiance(&gpu).unwrap();
+        let (mut squares, mut sum_seen, mut total) = (0.0, 0.0, 0.0);
+        for point in &points {
+            let shares = slots.at(point.surface.position, point.surface.normal);
+            for (side, shares) in shares.unwrap().iter().enumerate() {
+                let sum: f32 = shares.iter().map(|share| share.seen).sum();
+                assert!((sum - 1.0).abs() < 1e-5, "{shares:?}");
+                let seen = shares.iter().map(|share| share.seen * radiance[share.slot]);
+                let seen = f64::from(luminance(seen.sum::<Vec3>()));
+                let exact = f64::from(luminance(point.radiance[side]));
+                squares += (seen - exact).powi(2);
+                (sum_seen, total) = (sum_seen + seen, total + exact);
+            }
+        }
+        let mean_square = squares / points.len() as f64;
+        let mean = total / points.len() as f64;
+        [mean_square.sqrt() / mean, sum_seen / total - 1.0]
+    });
+    println!("error and bias, of sides and of faces: {errors:?}");
+    let [sides, faces] = errors;
+    assert!(faces[0] < 0.9 * sides[0], "{errors:?}");
+    assert!(sides[1].abs() < 0.02 && faces[1].abs() < 0.02, "{errors:?}");
+}
+
 /// Points cover surfaces evenly, however the surface is cut into triangles, and both sides are told
 /// apart.
 #[test]

@@ -493,8 +493,10 @@ impl Cloths {
             .on_cloths
             .iter()
             .filter_map(|point| kept.at(point.surface.position, point.surface.normal))
+            .flatten()
             .flatten();
-        let slots: std::collections::BTreeSet<usize> = slots.collect();
+        let slots = slots.filter(|share| share.area > 0.0);
+        let slots: std::collections::BTreeSet<usize> = slots.map(|share| share.slot).collect();
         slots
             .iter()
             .map(|slot| kept.area_m2(*slot) * luminance(radiance[*slot]))

@@ -63,6 +63,8 @@ pub struct Fit {
     pub measured_points: usize,
     /// Those of them that had records before.
     pub known_points: usize,
+    /// Points whose times were corrected, as the machine was slower or faster than else.
+    pub corrected_points: usize,
     /// Points that a bound ruled out before they were measured.
     pub ruled_out_points: usize,
     /// Seconds that measuring took; what had a record took none.
@@ -131,6 +133,7 @@ impl Fit {
             grid_points,
             measured_points: found.measured.len(),
             known_points: found.measured.len() - trial.measured_now(),
+            corrected_points: trial.views().iter().map(View::corrected).sum(),
             ruled_out_points: found.ruled_out,
             seconds: trial.seconds(),
             grid_seconds: rounds_s * f64::from(trial.sweep_rounds()),
@@ -182,6 +185,12 @@ impl Fit {
             )),
         }
         lines.push(format!("  {}", self.effort_text()));
+        if self.corrected_points > 0 {
+            lines.push(format!(
+                "  the machine was not steady: times of {} were corrected",
+                counted(self.corrected_points, "point")
+            ));
+        }
         let shown = self.best.as_ref().or(self.nearest.as_ref());
         lines.extend(shown.map(|choice| choice.command.clone()));
         lines

@@ -16,6 +16,8 @@ pub struct View<'v> {
     points: Vec<Option<Point>>,
     /// Candidates that it has ruled out.
     ruled_out: usize,
+    /// Points whose times were corrected, as the machine was slower or faster than else.
+    corrected: usize,
 }
 
 /// Bytes of what keeps nothing in the world: their logarithm is one.
@@ -31,6 +33,7 @@ impl<'v> View<'v> {
             run,
             points: Vec::new(),
             ruled_out: 0,
+            corrected: 0,
         }
     }
 
@@ -46,6 +49,11 @@ impl<'v> View<'v> {
     /// How many candidates it has ruled out.
     pub(super) fn ruled_out(&self) -> usize {
         self.ruled_out
+    }
+
+    /// How many points have times that were corrected.
+    pub(super) fn corrected(&self) -> usize {
+        self.corrected
     }
 
     pub(super) fn add_ruled_out(&mut self) {
@@ -95,7 +103,9 @@ impl<'v> View<'v> {
             .filter(|(_, point)| point.is_some())
             .map(|(case, _)| case.clone())
             .collect();
-        for point in Section::new(self.sweep.points(&measured, records), None).points {
+        let section = Section::new(self.sweep.points(&measured, records), None);
+        self.corrected = section.machine.corrected;
+        for point in section.points {
             let is_it = |case: &Case| self.sweep.key(case) == point.key;
             if let Some(index) = cases.iter().position(is_it) {
                 self.points[index] = Some(point);

@@ -85,6 +85,11 @@ pub(in crate::gi::shared::voxel) fn area(record: &Voxel) -> f32 {
     float_from_half((record.z_area >> 16) as u16)
 }
 
+/// Area of the surface as it is seen along x, y and z (voxel faces).
+pub(in crate::gi::shared::voxel) fn across(record: &Voxel) -> Vec3 {
+    unpack_unorm10(record.across)
+}
+
 /// Mean of the unit normals, weighted with area; shorter than 1 where they differ, but of opposed
 /// parallel planes their unit normal.
 pub(in crate::gi::shared::voxel) fn mean_normal(record: &Voxel) -> Vec3 {

@@ -4,8 +4,8 @@ use std::collections::HashMap;
 
 use glam::Vec3;
 
-use crate::gi::inspect::LightSlots;
-use crate::gi::shared::voxel::build::list::{area, front, index};
+use crate::gi::inspect::{LightSlots, SlotShare, SlotShares};
+use crate::gi::shared::voxel::build::list::{across, area, front, index};
 use crate::gi::shared::voxel::build::passes::Voxel;
 use crate::gi::shared::voxel::{Sides, VoxelLight, VoxelRecords};
 use crate::graph::{Error, Gpu};
@@ -20,7 +20,8 @@ pub struct LitVoxels<'t> {
 }
 
 /// The voxels of all pieces, where they are and which way their surfaces face. A slot is a side of
-/// a voxel (or a voxel, where it has one radiance), in order.
+/// a voxel (or a voxel, where it has one radiance; or one of its faces +x, −x, +y, −y, +z, −z), in
+/// order.
 pub struct VoxelSlots<'t> {
     pieces: Vec<LitVoxels<'t>>,
     origin: Vec3,
@@ -28,20 +29,19 @@ pub struct VoxelSlots<'t> {
     sides: usize,
     voxels: HashMap<[i32; 3], usize>,
     fronts: Vec<Vec3>,
+    /// Of each slot: the area that its radiance is a mean over (voxel faces).
     areas: Vec<f32>,
 }
 
 impl<'t> VoxelSlots<'t> {
-    /// Reads where they are; `None` without pieces, and of voxels with six radiances.
+    /// Reads where they are; `None` without pieces.
     pub fn read(gpu: &Gpu, pieces: Vec<LitVoxels<'t>>) -> Result<Option<Self>, Error> {
         let Some(first) = pieces.first() else {
             return Ok(None);
         };
         let (grid, sides) = (first.voxels.grid, first.light.settings.sides as usize);
-        if sides == Sides::Six as usize {
-            return Ok(None);
-        }
-        let (mut places, mut fronts, mut areas) = (HashMap::new(), Vec::new(), Vec::new());
+        let (mut places, mut fronts, mut areas) =
+            (HashMap::new(), Vec::<Vec3>::new(), Vec::<f32>::new());
         for LitVoxels { voxels, .. } in &pieces {
             let corner = ((voxels.grid.origin - grid.origin) / grid.voxel_size)
                 .round()
@@ -61,7 +61,10 @@ impl<'t> VoxelSlots<'t> {
                     fronts.len(),
                 );
                 fronts.push(front(&record));
-                areas.push(area(&record));
+                match sides == Sides::Six as usize {
+                    true => areas.extend(across(&record).to_array().iter().flat_map(|it| [*it; 2])),
+                    false => areas.extend((0..sides).map(|_| area(&record))),
+                }
             }
         }
         Ok(Some(VoxelSlots {
@@ -76,6 +79,34 @@ impl<'t> VoxelSlots<'t> {
     }
 }
 
+impl VoxelSlots<'_> {
+    /// The slots of the side of a voxel that a unit normal points to (`radiance_towards` in
+    /// `glsl/gi/shared/voxel/trace/radiance.glsl`), or of its other side.
+    fn shares(&self, voxel: usize, normal: Vec3, is_other: bool) -> SlotShares {
+        let first = self.sides * voxel;
+        if self.sides == Sides::Six as usize {
+            let normal = if is_other { -normal } else { normal };
+            return std::array::from_fn(|axis| SlotShare {
+                slot: first + 2 * axis + usize::from(normal[axis] < 0.0),
+                seen: normal[axis] * normal[axis],
+                area: normal[axis].abs(),
+            });
+        }
+        let is_back = (self.fronts[voxel].dot(normal) < 0.0) != is_other;
+        let slot = first + usize::from(is_back && self.sides == Sides::Two as usize);
+        let whole = SlotShare {
+            slot,
+            seen: 1.0,
+            area: 1.0,
+        };
+        let nothing = SlotShare {
+            slot,
+            ..SlotShare::default()
+        };
+        [whole, nothing, nothing]
+    }
+}
+
 impl LightSlots for VoxelSlots<'_> {
     fn count(&self) -> usize {
         self.sides * self.fronts.len()
@@ -86,12 +117,12 @@ impl LightSlots for VoxelSlots<'_> {
     }
 
     fn area_m2(&self, slot: usize) -> f32 {
-        self.areas[slot / self.sides] * self.voxel_size * self.voxel_size
+        self.areas[slot] * self.voxel_size * self.voxel_size
     }
 
     /// The voxel is the position's own, or where rounding (or thin voxelization) has left that
     /// empty, the nearest of its neighbours.
-    fn at(&self, position: Vec3, normal: Vec3) -> Option<[usize; 2]> {
+    fn at(&self, position: Vec3, normal: Vec3) -> Option<[SlotShares; 2]> {
         let position = (position - self.origin) / self.voxel_size;
         let cell = position.floor().as_ivec3().to_array();
         let voxel = self.voxels.get(&cell).copied().or_else(|| {
@@ -110,9 +141,7 @@ impl LightSlots for VoxelSlots<'_> {
                 .min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
             self.voxels.get(&nearest).copied()
         })?;
-        let seen =
-            usize::from(self.sides == Sides::Two as usize && self.fronts[voxel].dot(normal) < 0.0);
-        Some([seen, self.sides - 1 - seen].map(|side| self.sides * voxel + side))
+        Some([false, true].map(|is_other| self.shares(voxel, normal, is_other)))
     }
 
     fn radiance(&self, gpu: &Gpu) -> Result<Vec<Vec3>, Error> {
@@ -131,9 +160,7 @@ impl LightSlots for VoxelSlots<'_> {
         let flux: Vec<_> = reflected
             .iter()
             .enumerate()
-            .map(|(slot, radiance)| {
-                radiance.map(|radiance| radiance * self.areas[slot / self.sides])
-            })
+            .map(|(slot, radiance)| radiance.map(|radiance| radiance * self.areas[slot]))
             .collect();
         let mut first = 0;
         for LitVoxels { voxels, light } in &mut self.pieces {
