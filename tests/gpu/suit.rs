@@ -59,6 +59,9 @@ fn what_is_set_stays() {
     let cones = of(&["gather=cones", "resolution=32"]);
     assert!(cones.pairs.is_empty(), "{:?}", cones.pairs);
     assert!(!cones.needs.unwrap().contains("rays meet"));
+    // What is finer than any choice is not looked at.
+    let fine = suited_beside(&gpu, &scene, "svo", &["resolution=2048"]).unwrap();
+    assert_eq!((fine.pairs.len(), fine.needs), (3, None));
     let rays = of(&["gather=rays"]).pairs;
     assert_eq!(rays[..2], ["gather=rays", "radiance=two-sided"]);
 }
@@ -89,6 +92,7 @@ fn thin_parts_are_measured() {
         thin.pairs,
         [&at_triangles[..], &["resolution=256"]].concat()
     );
+    assert_eq!(suited(&gpu, &scene, "svo"), Some(thin), "the same light");
     let gpu_scene = GpuScene::new(&gpu, &scene).unwrap();
     let [coarse, fine] = [32, 64].map(|n| Survey::new(&gpu, &gpu_scene, n).unwrap());
     assert!(

@@ -8,6 +8,7 @@ pub mod mips;
 mod presets;
 mod rules;
 mod store;
+mod suit;
 pub mod svo;
 
 use std::sync::Arc;

@@ -3,8 +3,7 @@
 use super::super::entry::{
     GATHER, HIERARCHY, RAYS_TO_EMITTERS, SPECULAR, SUBSTITUTIONS, directions, entry,
 };
-use super::super::{VoxelCones, presets};
-use super::suit::suit;
+use super::super::{VoxelCones, presets, suit};
 use super::{CLEAR_DYNAMIC, CONES, FILTER, MARK_MATTER, Mips, RAYS, REDUCE_MATTER};
 use crate::gi::entry::{Entry, Stage};
 use crate::gi::settings::{Domain, Preset, Setting, Settings};
@@ -76,7 +75,7 @@ pub static ENTRY: Entry = Entry {
     ],
     directions: &directions(&CONES, &RAYS),
     substitutions: &[SUBSTITUTIONS, voxel::SUBSTITUTIONS],
-    suit,
+    suit: suit::suit,
     ..entry("voxel-mips", "dense voxel mips, cone-traced", make)
 };
 

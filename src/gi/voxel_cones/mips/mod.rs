@@ -4,7 +4,6 @@
 mod entry;
 pub mod matter;
 pub mod oracle;
-mod suit;
 pub mod volume;
 
 use std::sync::Arc;

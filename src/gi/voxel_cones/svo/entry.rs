@@ -3,7 +3,7 @@
 use super::super::entry::{
     GATHER, HIERARCHY, RAYS_TO_EMITTERS, SPECULAR, SUBSTITUTIONS, VIEWS, directions, entry, view,
 };
-use super::super::{VoxelCones, presets};
+use super::super::{VoxelCones, presets, suit};
 use super::{CONES, RAYS, Svo, attributes, bricks, dynamic, nodes, pieces, space, touched};
 use crate::gi::entry::{Entry, Stage};
 use crate::gi::inspect::{Scale, ViewRow};
@@ -208,6 +208,7 @@ pub static ENTRY: Entry = Entry {
     ],
     directions: &directions(&CONES, &RAYS),
     substitutions: &[SUBSTITUTIONS, voxel::SUBSTITUTIONS],
+    suit: suit::suit,
     ..entry("svo", "sparse voxel octree with bricks, cone-traced", make)
 };
 

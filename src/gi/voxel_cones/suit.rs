@@ -31,12 +31,13 @@ const LEAST_TEXELS: u32 = 1024;
 /// Where many voxels are mixed, or triangles are few, rays against the scene's own triangles and
 /// light of each face of a voxel; voxels so fine that few are mixed, as far as half of the memory
 /// that is left and the device's buffers allow; light maps that are as fine. A gather or a
-/// resolution that is set stays, and what goes with it is not chosen.
+/// resolution that is set stays, and what goes with it is not chosen. Voxels finer than the finest
+/// choice are not made to look at them.
 pub(super) fn suit(context: &Context<'_>, set: &[String]) -> Result<Option<Suited>, Error> {
     let Context { gpu, scene, .. } = *context;
     let [coarsest, finest] = RESOLUTIONS;
     let own: Option<u32> = value_of(set, "resolution").and_then(|value| value.parse().ok());
-    let mut survey = Survey::new(gpu, scene, own.unwrap_or(coarsest))?;
+    let mut survey = Survey::new(gpu, scene, own.unwrap_or(coarsest).min(finest))?;
     let triangles: u32 = scene.batches.iter().map(|batch| batch.triangle_count).sum();
     let gather = value_of(set, "gather").unwrap_or(
         if survey.mixed > MOST_MIXED || triangles <= FEW_TRIANGLES {
@@ -78,7 +79,8 @@ pub(super) fn suit(context: &Context<'_>, set: &[String]) -> Result<Option<Suite
             length(survey.voxel_size_m),
             100.0 * survey.mixed
         ),
-        needs: (survey.mixed > MOST_MIXED).then(|| needs(gpu, &survey, gather, room)),
+        needs: (survey.mixed > MOST_MIXED && own.is_none_or(|own| own <= finest))
+            .then(|| needs(gpu, &survey, gather, room)),
     }))
 }
 
