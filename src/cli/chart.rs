@@ -5,23 +5,20 @@ use std::collections::BTreeSet;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use crate::measure::bench::{BenchSettings, Case, open};
+use crate::measure::bench::{Case, open};
 use crate::measure::chart::{
     Cost, DEFAULT_GRID, PictureFolder, Point, Progress, Section, Sweep, SweepError, Troubles,
     bounces_text, grid_cases, measure_left_out, page,
 };
 use crate::measure::records::{Keyed as _, Records, newest, read_records, record_files};
-use crate::metrics::Channel;
 use crate::reference::cache_dir;
 use crate::scene::Scene;
 use crate::text::counted;
 
 use super::CliError;
-use super::common::{
-    DeviceArgs, LoadArgs, TimingArgs, check_scenes, parse_channel, parse_size, progress_bar, say,
-};
+use super::common::{LoadArgs, check_scenes, progress_bar, say};
 use super::files::check_results_folder;
-use super::frame::FrameArgs;
+use super::measured::MeasureArgs;
 use super::stop;
 use super::write::{chart_stem, check_output_folder, make_folder, stems, write_text};
 
@@ -41,46 +38,10 @@ pub(crate) struct Args {
     /// Only print the points of the grid.
     #[arg(long, conflicts_with_all = ["merge", "shard"])]
     list: bool,
-    /// Frames to measure, half in each of two rounds, after one that warms up (16 with
-    /// `bounces=feedback`).
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 5,
-        value_parser = clap::value_parser!(u32).range(1..=100_000),
-    )]
-    frames: u32,
-    /// Builds of the static structure to measure, half in each round, after the first.
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 3,
-        value_parser = clap::value_parser!(u32).range(1..=100_000),
-    )]
-    rebuilds: u32,
-    /// Width and height (px).
-    #[arg(long, value_name = "WxH", default_value = "160x120", value_parser = parse_size)]
-    size: (u32, u32),
-    #[command(flatten)]
-    frame: FrameArgs,
     /// Sample the reference until the standard error of 8x8-pixel means is below this, relative to
     /// the mean.
     #[arg(long, value_name = "X", default_value_t = 0.01)]
     max_error: f64,
-    /// Compare luminance, or red, green and blue.
-    #[arg(
-        long,
-        value_name = "luminance|rgb",
-        default_value = "luminance",
-        value_parser = parse_channel,
-    )]
-    channel: Channel,
-    #[command(flatten)]
-    device: DeviceArgs,
-    #[command(flatten)]
-    timing: TimingArgs,
-    #[command(flatten)]
-    load: LoadArgs,
     /// Measure every n-th point only, from the i-th, and write nothing but its records, as
     /// NAME-shard-i-of-n.jsonl.
     #[arg(long, value_name = "i/n", value_parser = parse_shard)]
@@ -101,6 +62,10 @@ pub(crate) struct Args {
     /// Points that have a record there are not measured again.
     #[arg(short, long, value_name = "DIR", required_unless_present = "list")]
     output: Option<PathBuf>,
+    #[command(flatten)]
+    load: LoadArgs,
+    #[command(flatten)]
+    measure: MeasureArgs,
 }
 
 /// The part of a sweep that one process measures: every `count`-th point, from the `index`-th,
@@ -138,18 +103,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         .map_err(CliError::input)?;
     check_scenes(&scenes)?;
     check_results_folder(folder, &scenes)?;
-    let gpu = args.device.options()?;
-    let settings = BenchSettings {
-        timing: args.timing.choice(&gpu)?,
-        gpu,
-        frame: args.frame.small(args.size),
-        frames: args.frames,
-        rebuilds: args.rebuilds,
-        times: Vec::new(),
-        walk: None,
-        samples: false,
-        channel: args.channel,
-    };
+    let settings = args.measure.settings()?;
     let gpu = open(&settings.gpu, settings.timing).map_err(CliError::failed)?;
     make_folder(folder)?;
     let stems = stems(scenes.iter().map(|scene| scene.name.as_str()), folder);

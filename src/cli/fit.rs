@@ -3,22 +3,18 @@
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-use crate::measure::bench::{BenchSettings, Case, open};
+use crate::measure::bench::{Case, open};
 use crate::measure::chart::{PictureFolder, Progress, Sweep, bounces_text};
 use crate::measure::fit::{Bounds, Fit, SceneTrial, TrialProgress, TrialSettings, View, cases_at};
 use crate::measure::records::Records;
-use crate::metrics::Channel;
 use crate::reference::{Bounces, cache_dir};
 use crate::scene::{Scene, camera_toml};
 
 use super::CliError;
 use super::chart::{failed, grid};
-use super::common::{
-    DeviceArgs, SceneArgs, TimingArgs, check_positive, parse_channel, parse_size, progress_count,
-    say,
-};
+use super::common::{SceneArgs, check_positive, progress_count, say};
 use super::files::{Files, check_results_folder};
-use super::frame::FrameArgs;
+use super::measured::MeasureArgs;
 use super::reference::parse_bounces;
 use super::sequence::PathArgs;
 use super::stop;
@@ -31,8 +27,6 @@ use super::write::{check_output_folder, make_folder, stems, write_report};
 \x20 lumivox fit bundled:cornell --max-error 0.05\n\
 \x20 lumivox fit room.toml --max-ms 8 --max-mib 64 --size 640x360 -o out")]
 pub(crate) struct Args {
-    #[command(flatten)]
-    scene: SceneArgs,
     /// Error that the indirect light may have, relative to the mean of the reference: 0.05 is 5%.
     #[arg(long, value_name = "E", help_heading = "Bounds")]
     max_error: Option<f32>,
@@ -51,43 +45,10 @@ pub(crate) struct Args {
     /// Which techniques with which settings (docs/chart.md) [default: a grid of all techniques].
     #[arg(long, value_name = "FILE.toml")]
     grid: Option<PathBuf>,
-    /// Frames to measure, as `lumivox chart` does.
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 5,
-        value_parser = clap::value_parser!(u32).range(1..=100_000),
-    )]
-    frames: u32,
-    /// Builds of the static structure to measure, as `lumivox chart` does.
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 3,
-        value_parser = clap::value_parser!(u32).range(1..=100_000),
-    )]
-    rebuilds: u32,
-    /// Width and height (px).
-    #[arg(long, value_name = "WxH", default_value = "160x120", value_parser = parse_size)]
-    size: (u32, u32),
-    #[command(flatten)]
-    frame: FrameArgs,
     /// Sample the reference until the standard error of 8x8-pixel means is below this, relative to
     /// the mean.
     #[arg(long, value_name = "X", default_value_t = 0.01)]
     noise: f64,
-    /// Compare luminance, or red, green and blue.
-    #[arg(
-        long,
-        value_name = "luminance|rgb",
-        default_value = "luminance",
-        value_parser = parse_channel,
-    )]
-    channel: Channel,
-    #[command(flatten)]
-    device: DeviceArgs,
-    #[command(flatten)]
-    timing: TimingArgs,
     /// The folder for NAME.jsonl and pictures, as of `lumivox chart`. Points that have a record
     /// there are not measured again.
     #[arg(short, long, value_name = "DIR", default_value = "out")]
@@ -96,7 +57,11 @@ pub(crate) struct Args {
     #[arg(long, value_name = "FILE.json")]
     report: Option<PathBuf>,
     #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
     views: ViewArgs,
+    #[command(flatten)]
+    measure: MeasureArgs,
 }
 
 /// The views that the bounds hold for.
@@ -279,18 +244,7 @@ fn search(
     bounds: Bounds,
     quiet: bool,
 ) -> Result<Fit, CliError> {
-    let gpu = args.device.options()?;
-    let settings = BenchSettings {
-        timing: args.timing.choice(&gpu)?,
-        gpu,
-        frame: args.frame.small(args.size),
-        frames: args.frames,
-        rebuilds: args.rebuilds,
-        times: Vec::new(),
-        walk: None,
-        samples: false,
-        channel: args.channel,
-    };
+    let settings = args.measure.settings()?;
     let gpu = open(&settings.gpu, settings.timing).map_err(CliError::failed)?;
     make_folder(&args.output)?;
     let name = views.first().map_or("", |(scene, _)| &scene.name);

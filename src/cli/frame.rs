@@ -8,7 +8,7 @@ use crate::render::{CASCADES, ShadowFilter, ShadowSettings};
 #[command(next_help_heading = "Frame")]
 pub(super) struct FrameArgs {
     /// Width and height of each shadow map and reflective shadow map (texels) [default: 1024; of
-    /// chart and stress 256].
+    /// chart, fit and stress 256].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=8192))]
     shadow_resolution: Option<u32>,
     /// Maps of a directional light: 1 of the whole scene, or cascades that follow the camera

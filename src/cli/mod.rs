@@ -14,6 +14,7 @@ mod files;
 mod fit;
 mod frame;
 mod lpv;
+mod measured;
 mod nothing;
 mod picture;
 mod reference;
