@@ -97,8 +97,6 @@ pub(crate) struct Args {
     /// Width and height (px).
     #[arg(long, value_name = "WxH", default_value = "256x256", value_parser = parse_size)]
     size: (u32, u32),
-    #[command(flatten)]
-    frame: FrameArgs,
     /// Render no reference, and measure no errors.
     #[arg(long)]
     no_reference: bool,
@@ -119,12 +117,6 @@ pub(crate) struct Args {
         value_parser = parse_channel,
     )]
     channel: Channel,
-    #[command(flatten)]
-    device: DeviceArgs,
-    #[command(flatten)]
-    timing: TimingArgs,
-    #[command(flatten)]
-    load: LoadArgs,
     /// Measure nothing: gather the records of these folders, those of equal file names together,
     /// and draw their tables and charts.
     #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with = "scene")]
@@ -134,6 +126,14 @@ pub(crate) struct Args {
     /// this run.
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
+    #[command(flatten)]
+    frame: FrameArgs,
+    #[command(flatten)]
+    device: DeviceArgs,
+    #[command(flatten)]
+    timing: TimingArgs,
+    #[command(flatten)]
+    load: LoadArgs,
 }
 
 /// Loads everything, then measures case by case.

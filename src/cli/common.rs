@@ -22,6 +22,7 @@ use super::files::Files;
 
 /// How scenes are loaded, shared by the commands that open scenes.
 #[derive(clap::Args)]
+#[command(next_help_heading = "Scene")]
 pub(super) struct LoadArgs {
     /// Render missing textures and materials mid-grey instead of failing.
     #[arg(long)]

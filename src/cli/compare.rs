@@ -50,10 +50,6 @@ pub(crate) struct Args {
         requires = "scene",
     )]
     up: Up,
-    #[command(flatten)]
-    pub(super) time: TimeArgs,
-    #[command(flatten)]
-    pub(super) path: PathArgs,
     /// The technique's own pictures as they are without history, a sequence or one picture (.exr):
     /// the lag of each frame behind them.
     #[arg(long, value_name = "FILE.exr", help_heading = "Sequence")]
@@ -96,6 +92,10 @@ pub(crate) struct Args {
     /// UTF-8 become U+FFFD).
     #[arg(long, value_name = "FILE.json")]
     pub(super) report: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) time: TimeArgs,
+    #[command(flatten)]
+    pub(super) path: PathArgs,
 }
 
 impl Args {

@@ -27,15 +27,9 @@ use super::write::write_report;
 #[command(after_help = "Example:\n\
 \x20 lumivox explain bundled:cornell --technique svo")]
 pub(crate) struct Args {
-    #[command(flatten)]
-    scene: SceneArgs,
-    #[command(flatten)]
-    technique: TechniqueArgs,
     /// Width and height (px).
     #[arg(long, value_name = "WxH", default_value = "160x120", value_parser = parse_size)]
     size: (u32, u32),
-    #[command(flatten)]
-    frame: FrameArgs,
     /// Sample the reference until the standard error of 8x8-pixel means is below this, relative to
     /// the mean.
     #[arg(long, value_name = "X", default_value_t = 0.01)]
@@ -48,13 +42,19 @@ pub(crate) struct Args {
         value_parser = parse_channel,
     )]
     channel: Channel,
+    /// Write the table, and the report of the technique as it is, as JSON.
+    #[arg(long, value_name = "FILE.json")]
+    report: Option<PathBuf>,
+    #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
+    technique: TechniqueArgs,
+    #[command(flatten)]
+    frame: FrameArgs,
     #[command(flatten)]
     device: DeviceArgs,
     #[command(flatten)]
     timing: TimingArgs,
-    /// Write the table, and the report of the technique as it is, as JSON.
-    #[arg(long, value_name = "FILE.json")]
-    report: Option<PathBuf>,
 }
 
 /// Renders, replaces, compares, prints.

@@ -37,8 +37,6 @@ pub(crate) struct Args {
     /// injected, and its surfaces are opaque faces.
     #[arg(required_unless_present = "injector", conflicts_with = "injector")]
     scene: Option<OsString>,
-    #[command(flatten)]
-    load: LoadArgs,
     /// Light in an empty cube of cells of 1 m, where there is no scene: wall, cell, or the path of
     /// a .toml file; may be repeated. wall[:LAYER[:DIRECTION]] is all cells of a layer across the
     /// direction, cell[:X,Y,Z[:DIRECTION]] is one.
@@ -102,6 +100,8 @@ pub(crate) struct Args {
     /// Folder of the pictures, the plots and `steps.csv`; made where it does not exist.
     #[arg(short, long, alias = "out", value_name = "DIR")]
     output: PathBuf,
+    #[command(flatten)]
+    load: LoadArgs,
 }
 
 fn action(text: &str) -> Result<Action, String> {

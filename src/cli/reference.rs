@@ -21,12 +21,6 @@ use super::write::write_report;
 \x20 lumivox reference bundled:cornell --spp 64 --aov indirect -o indirect.png\n\
 \x20 lumivox reference bundled:cornell --spp 64 --frames 30 --pan 1 -o r_####.exr")]
 pub(crate) struct Args {
-    #[command(flatten)]
-    scene: SceneArgs,
-    #[command(flatten)]
-    picture: PictureArgs,
-    #[command(flatten)]
-    sequence: SequenceArgs,
     /// Indirect bounces: a number (0 is direct light only), or `full` for all.
     #[arg(long, value_name = "N|full", default_value = "full", value_parser = parse_bounces)]
     bounces: Bounces,
@@ -51,6 +45,12 @@ pub(crate) struct Args {
     /// Render even where the cache has the result, and keep nothing.
     #[arg(long)]
     no_cache: bool,
+    #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
+    picture: PictureArgs,
+    #[command(flatten)]
+    sequence: SequenceArgs,
 }
 
 /// Loads, renders or finds in the cache, writes.

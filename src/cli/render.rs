@@ -31,18 +31,6 @@ use super::suited::{Chosen, Suiting};
 \x20 lumivox render room.obj --technique svo --set resolution=256 -o room.exr\n\
 \x20 lumivox render bundled:cornell --set history=32 --frames 30 --pan 1 -o pan_####.exr")]
 pub(crate) struct Args {
-    #[command(flatten)]
-    scene: SceneArgs,
-    #[command(flatten)]
-    technique: TechniqueArgs,
-    #[command(flatten)]
-    picture: PictureArgs,
-    #[command(flatten)]
-    frame: FrameArgs,
-    #[command(flatten)]
-    device: DeviceArgs,
-    #[command(flatten)]
-    sequence: SequenceArgs,
     /// The reference's image of the same output and of the last frame, or all outputs as
     /// `reference --layers` writes them: the report gets the error against it.
     #[arg(long, value_name = "FILE.exr")]
@@ -72,6 +60,18 @@ pub(crate) struct Args {
     /// Print every barrier of every frame, with the two passes and the hazard that it is for.
     #[arg(long)]
     trace_barriers: bool,
+    #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
+    technique: TechniqueArgs,
+    #[command(flatten)]
+    picture: PictureArgs,
+    #[command(flatten)]
+    frame: FrameArgs,
+    #[command(flatten)]
+    device: DeviceArgs,
+    #[command(flatten)]
+    sequence: SequenceArgs,
     #[command(flatten)]
     timing: TimingArgs,
 }

@@ -65,12 +65,6 @@ pub(crate) struct Args {
     /// Width and height (px).
     #[arg(long, value_name = "WxH", default_value = "64x48", value_parser = parse_size)]
     size: (u32, u32),
-    #[command(flatten)]
-    frame: FrameArgs,
-    #[command(flatten)]
-    device: DeviceArgs,
-    #[command(flatten)]
-    load: LoadArgs,
     /// Measure nothing: gather the records of these folders, and write what they say.
     #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with_all = ["scene", "case", "list"])]
     merge: Vec<PathBuf>,
@@ -78,6 +72,12 @@ pub(crate) struct Args {
     /// has a record there is not measured again.
     #[arg(short, long, value_name = "DIR", required_unless_present = "list")]
     output: Option<PathBuf>,
+    #[command(flatten)]
+    frame: FrameArgs,
+    #[command(flatten)]
+    device: DeviceArgs,
+    #[command(flatten)]
+    load: LoadArgs,
 }
 
 /// One row of a table: a technique with settings, and the change that was made to its preset's.

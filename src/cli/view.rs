@@ -21,8 +21,6 @@ pub(crate) struct Args {
     /// `bundled:NAME`, or the path of a .toml or .obj file.
     #[arg(default_value = "bundled:cornell")]
     scene: OsString,
-    #[command(flatten)]
-    load: LoadArgs,
     /// Technique; `lumivox techniques` lists them.
     #[arg(long, default_value = DEFAULT)]
     technique: String,
@@ -41,12 +39,6 @@ pub(crate) struct Args {
     /// Do not wait for the display.
     #[arg(long)]
     no_vsync: bool,
-    #[command(flatten)]
-    frame: FrameArgs,
-    #[command(flatten)]
-    device: DeviceArgs,
-    #[command(flatten)]
-    timing: TimingArgs,
     /// The folder of shaders that are compiled again when they change [default: glsl, where it is
     /// in the folder that this runs in].
     #[arg(long, value_name = "DIR")]
@@ -58,6 +50,14 @@ pub(crate) struct Args {
     /// Carry out the actions of a file, then close; docs/view.md lists them.
     #[arg(long, value_name = "FILE", hide = true)]
     script: Option<PathBuf>,
+    #[command(flatten)]
+    load: LoadArgs,
+    #[command(flatten)]
+    frame: FrameArgs,
+    #[command(flatten)]
+    device: DeviceArgs,
+    #[command(flatten)]
+    timing: TimingArgs,
 }
 
 /// Loads the scene and opens the window.

@@ -23,20 +23,20 @@ static ONE_GRID: &[&Entry] = &[&mips::ENTRY, &svo::ENTRY];
 #[command(after_help = "Example:\n\
 \x20 lumivox voxelize bundled:cornell --resolution 64 -o cornell.vox")]
 pub(crate) struct Args {
-    #[command(flatten)]
-    scene: SceneArgs,
-    #[command(flatten)]
-    technique: TechniqueArgs,
     /// Voxels along the largest extent of the scene, as --set resolution=N [default: the preset's
     /// own].
     #[arg(long, value_name = "N")]
     resolution: Option<u32>,
-    #[command(flatten)]
-    device: DeviceArgs,
     /// The file: .vox (MagicaVoxel), .ply (points, binary) or .json (grid, coordinates, albedo,
     /// normal, opacity).
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
+    #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
+    technique: TechniqueArgs,
+    #[command(flatten)]
+    device: DeviceArgs,
 }
 
 /// Loads, voxelizes, writes.
