@@ -273,8 +273,8 @@ impl Fit {
             known => format!(" ({known} of them before)"),
         };
         format!(
-            "{} measured{before} for a grid of {all}, {} ruled out unmeasured by the bounds; {} s, where \
-             the whole grid would take about {} s",
+            "{} measured{before} for a grid of {all}, {} ruled out unmeasured by the bounds; {} s, \
+             where the whole grid would take about {} s",
             self.measured_points,
             self.ruled_out_points,
             short(self.seconds),
