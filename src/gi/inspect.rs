@@ -138,6 +138,17 @@ pub struct SlotShare {
     pub area: f32,
 }
 
+/// The light of points of the surfaces that a slot holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SlotLight {
+    /// Sum over points of the diffuse radiance (W/(m² sr)) that leaves the side in the slot, times
+    /// [`SlotShare::area`].
+    pub radiance: Vec3,
+    /// Sum of these areas over points whose front is in the slot, and over those whose back is; 0
+    /// where there is no point.
+    pub areas: [f32; 2],
+}
+
 /// The slots of one side of a surface; those that have nothing to do with it have shares of 0.
 pub type SlotShares = [SlotShare; 3];
 
@@ -161,9 +172,9 @@ pub trait LightSlots: Sync {
     /// What each slot sends out (W/(m² sr)).
     fn radiance(&self, gpu: &Gpu) -> Result<Vec<Vec3>, Error>;
 
-    /// Replaces the direct light of later frames: `reflected` has, by slot, the diffuse radiance
-    /// (W/(m² sr)) that leaves the surface of the slot; `None` leaves a hole.
-    fn set_direct(&mut self, gpu: &Gpu, reflected: &[Option<Vec3>]) -> Result<(), Error>;
+    /// Replaces the direct light of later frames by that of points, by slot. Slots without a point
+    /// stay holes.
+    fn set_direct(&mut self, gpu: &Gpu, light: &[SlotLight]) -> Result<(), Error>;
 }
 
 /// Where the light is and has gone that a technique hands on from place to place: flux by colour

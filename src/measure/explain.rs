@@ -1,12 +1,11 @@
 //! Error budgets: how much error a technique has left when one of its approximations is replaced by
 //! the truth, or by a better one.
 
-use glam::Vec3;
 use serde::Serialize;
 
 use crate::frame::{FrameSettings, Renderer};
 use crate::gi::entry::Substitution;
-use crate::gi::inspect::LightSlots;
+use crate::gi::inspect::{LightSlots, SlotLight};
 use crate::gi::settings::RESOLUTION;
 use crate::gi::{SettingError, Settings};
 use crate::graph::{Error, Gpu};
@@ -381,33 +380,22 @@ impl<'s> Subject<'s> {
     }
 }
 
-/// Puts the light of points of the surfaces into slots: into each the mean over its points. Slots
-/// without a point stay holes.
+/// Puts the light of points of the surfaces into slots. Slots without a point stay holes.
 pub fn give_light(gpu: &Gpu, slots: &mut dyn LightSlots, points: &[LitPoint]) -> Result<(), Error> {
-    let mut sums = vec![(Vec3::ZERO, 0.0); slots.count()];
-    for LitPoint {
-        surface,
-        radiance: [front, back],
-    } in points
-    {
-        let Some([seen, other]) = slots.at(surface.position, surface.normal) else {
+    let mut light = vec![SlotLight::default(); slots.count()];
+    for LitPoint { surface, radiance } in points {
+        let Some(sides) = slots.at(surface.position, surface.normal) else {
             continue;
         };
-        for (seen, other) in seen.into_iter().zip(other) {
-            sums[seen.slot].0 += seen.area * *front;
-            sums[other.slot].0 += other.area * *back;
-            sums[seen.slot].1 += seen.area;
-            // What both sides share has one area.
-            if other.slot != seen.slot {
-                sums[other.slot].1 += other.area;
+        for (side, shares) in sides.iter().enumerate() {
+            for share in shares {
+                let slot = &mut light[share.slot];
+                slot.radiance += share.area * radiance[side];
+                slot.areas[side] += share.area;
             }
         }
     }
-    let means: Vec<Option<Vec3>> = sums
-        .iter()
-        .map(|(sum, area)| (*area > 0.0).then(|| *sum / *area))
-        .collect();
-    slots.set_direct(gpu, &means)
+    slots.set_direct(gpu, &light)
 }
 
 /// The rows so far.

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::Vec3;
 
-use crate::gi::inspect::{LightSlots, SlotShare, SlotShares};
+use crate::gi::inspect::{LightSlots, SlotLight, SlotShare, SlotShares};
 use crate::gi::shared::voxel::build::list::{across, area, front, index};
 use crate::gi::shared::voxel::build::passes::Voxel;
 use crate::gi::shared::voxel::{Sides, VoxelLight, VoxelRecords};
@@ -156,12 +156,20 @@ impl LightSlots for VoxelSlots<'_> {
         Ok(radiance)
     }
 
-    fn set_direct(&mut self, gpu: &Gpu, reflected: &[Option<Vec3>]) -> Result<(), Error> {
-        let flux: Vec<_> = reflected
-            .iter()
-            .enumerate()
-            .map(|(slot, radiance)| radiance.map(|radiance| radiance * self.areas[slot]))
-            .collect();
+    fn set_direct(&mut self, gpu: &Gpu, light: &[SlotLight]) -> Result<(), Error> {
+        let sides = self.sides;
+        let flux_of = |(light, area): (&SlotLight, &f32)| {
+            let [front, back] = light.areas;
+            // What the slot's own area counts: the surface once, both of its sides, or what is
+            // seen of them from one side.
+            let counted = match sides {
+                1 => front,
+                2 => front + back,
+                _ => front.max(back),
+            };
+            (counted > 0.0).then(|| *area / counted * light.radiance)
+        };
+        let flux: Vec<Option<Vec3>> = light.iter().zip(&self.areas).map(flux_of).collect();
         let mut first = 0;
         for LitVoxels { voxels, light } in &mut self.pieces {
             let end = first + self.sides * voxels.voxel_count as usize;
