@@ -338,7 +338,9 @@ fn as_good(bounds: &Bounds, all: &[(usize, Figures)], best: usize, _: f64) -> Op
     };
     let better = all
         .iter()
-        .filter(|(_, it)| bounds.are_met(it) && value(it) < most);
+        .filter(|(_, it)| bounds.are_met(it) && value(it) < most)
+        // What changes nothing is no other answer.
+        .filter(|(_, it)| (it.error, it.bytes) != (best.error, best.bytes));
     better
         .min_by(|a, b| value(&a.1).total_cmp(&value(&b.1)))
         .map(|(index, _)| *index)

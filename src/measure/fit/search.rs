@@ -108,7 +108,8 @@ impl<'t, T: Trial> Search<'t, T> {
         self.halve()?;
         let mut centres = BTreeSet::new();
         for _ in 0..LOCAL {
-            if let Some(centre) = self.centre().filter(|centre| centres.insert(*centre)) {
+            let centre = self.centre();
+            if let Some(centre) = centre.filter(|centre| centres.insert(*centre)) {
                 for neighbour in self.trial.neighbours(centre) {
                     self.estimator.add(&neighbour);
                     self.candidates.push(neighbour);
@@ -118,8 +119,12 @@ impl<'t, T: Trial> Search<'t, T> {
             if !self.explore_one()? {
                 break;
             }
-            self.halve()?;
+            // Only what seems better is worth another round.
+            if self.centre() != centre {
+                self.halve()?;
+            }
         }
+        self.halve()?;
         while let Some(centre) = self.centre() {
             if !self.trial.complete(centre)? {
                 break;
