@@ -85,10 +85,12 @@ impl Fit {
         loop {
             let all = figures_of_all(trial, &found);
             let noise = trial.noise();
-            let beside = |of: fn(&Bounds, &[(usize, Figures)], usize, f64) -> Option<usize>| {
-                found.best.and_then(|best| of(&bounds, &all, best, noise))
-            };
-            let beside = [beside(as_good), beside(next_cheaper)];
+            let beside = found.best.map_or([None, None], |best| {
+                [
+                    as_good(&bounds, &all, best),
+                    next_cheaper(&bounds, &all, best, noise),
+                ]
+            });
             let mut is_known = true;
             for candidate in beside.into_iter().flatten() {
                 is_known &= !trial.complete(candidate)?;
@@ -326,7 +328,7 @@ fn figures_of_all(trial: &SceneTrial<'_>, found: &Found) -> Vec<(usize, Figures)
 
 /// Of all that meets the bounds, what has less of what is looked for than the best: it is not the
 /// best, as it has not so for certain.
-fn as_good(bounds: &Bounds, all: &[(usize, Figures)], best: usize, _: f64) -> Option<usize> {
+fn as_good(bounds: &Bounds, all: &[(usize, Figures)], best: usize) -> Option<usize> {
     let best = all.iter().find(|(index, _)| *index == best)?.1;
     let value = |it: &Figures| match bounds.aim() {
         Aim::Time => it.ms / CHEAPER,
@@ -419,20 +421,12 @@ mod tests {
             Some(2),
             "3 is within the noise"
         );
-        assert_eq!(as_good(&bounds, &all, 1, 0.0), None);
+        assert_eq!(as_good(&bounds, &all, 1), None);
         let loose = Bounds {
             max_error: 0.2,
             ..bounds
         };
-        assert_eq!(
-            as_good(&loose, &all, 1, 0.0),
-            Some(2),
-            "faster, and allowed"
-        );
-        assert_eq!(
-            as_good(&fast, &all, 3, 0.0),
-            Some(1),
-            "less wrong, and allowed"
-        );
+        assert_eq!(as_good(&loose, &all, 1), Some(2), "faster, and allowed");
+        assert_eq!(as_good(&fast, &all, 3), Some(1), "less wrong, and allowed");
     }
 }
