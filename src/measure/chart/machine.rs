@@ -132,9 +132,9 @@ pub(super) fn is_unsteady(slowness: f64) -> bool {
 }
 
 /// How slow the machine was at each measurement: the median, over its shared passes, of a pass's
-/// time to its median over all points; 1 where it has none. A single pass may be disturbed while the
-/// machine is steady: of rules that were compared, with this one the rounds of a point agree best
-/// (`docs/chart.md`).
+/// time to its median over all points; 1 where it has none. A single pass may be disturbed while
+/// the machine is steady: of rules that were compared, with this one the rounds of a point agree
+/// best (`docs/chart.md`).
 pub(super) fn slowness(points: &[Point]) -> Vec<f64> {
     let medians = shared_medians(points);
     points
