@@ -124,14 +124,10 @@ impl Choice {
     /// What was chosen for the scene, on top of the default preset; returns the resolution of light
     /// maps that goes with it (texels).
     fn take_suited(&mut self, suited: Suited) -> Option<u32> {
-        self.choose(self.entry, None);
-        for (name, value) in suited.pairs.iter().filter_map(|pair| pair.split_once('=')) {
-            let mut all = self.entry.all_settings();
-            if let Some(setting) = all.find(|setting| setting.name == name) {
-                self.set.insert(setting.name, value.to_owned());
-            }
+        match Choice::new(self.entry, None, &suited.pairs) {
+            Ok(choice) => *self = choice,
+            Err(error) => self.problem = Some(error.to_string()),
         }
-        self.update();
         let needs = suited.needs.iter().map(|needs| format!("; {needs}"));
         self.suit = Suit::Said(suited.because + &needs.collect::<String>());
         suited.shadow_resolution
@@ -253,6 +249,10 @@ impl Session {
         self.controls = Controls::new(scene.camera, bounds);
         self.controls.mode = mode;
         self.scene = (self.scene.0 + 1, Arc::new(scene));
+        // What was said is of another scene.
+        for choice in &mut self.choices {
+            choice.suit = Suit::Unasked;
+        }
         (self.source, self.layer, self.problem) = (source, 0, None);
         self.note = format!("opened {}", self.source.to_string_lossy());
     }
