@@ -4,7 +4,7 @@
 // directions, each of which begins a path; and the share of them that meets nothing.
 layout(local_size_x = 8, local_size_y = 8) in;
 
-#include "gi/ray_traced/bindings.glsl"
+#include "gi/shared/paths/bindings.glsl"
 
 layout(set = 1, binding = 9) uniform texture2D view_depth;
 layout(set = 1, binding = 10) uniform utexture2D normals;
@@ -14,7 +14,7 @@ layout(set = 1, binding = 11, rgba32f) uniform restrict image2D indirect_diffuse
 
 #include "shared/receiver.glsl"
 #define SPACE_BINDING 12
-#include "gi/ray_traced/path.glsl"
+#include "gi/shared/paths/path.glsl"
 #include "gi/ray_traced/start.glsl"
 
 const float GOLDEN_ANGLE = 2.399963229728653;

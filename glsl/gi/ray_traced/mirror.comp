@@ -4,7 +4,7 @@
 // of the lobe's visible normals.
 layout(local_size_x = 8, local_size_y = 8) in;
 
-#include "gi/ray_traced/bindings.glsl"
+#include "gi/shared/paths/bindings.glsl"
 
 layout(set = 1, binding = 9) uniform texture2D view_depth;
 layout(set = 1, binding = 10) uniform utexture2D normals;
@@ -15,7 +15,7 @@ layout(set = 1, binding = 12, rgba32f) uniform restrict image2D indirect_specula
 
 #include "shared/gbuffer.glsl"
 #define SPACE_BINDING 13
-#include "gi/ray_traced/path.glsl"
+#include "gi/shared/paths/path.glsl"
 #include "gi/ray_traced/start.glsl"
 
 void main() {

@@ -1,7 +1,6 @@
 //! Technique `ray-traced`: paths of light through the triangles themselves. There is no store: what
 //! more rays bring is less noise. With a cache, voxels have the light of a path's last place.
 
-mod cache;
 mod passes;
 mod settings;
 
@@ -9,17 +8,13 @@ pub use passes::{GATHER, GATHER_CACHED, MIRROR, MIRROR_CACHED, PathParams};
 
 use std::sync::Arc;
 
-use cache::Cache;
-
 use super::entry::{Directions, Entry, Stage, Substitution};
 use super::shared::interleave::{self, Pattern};
-use super::shared::loops::LOOP_BUDGET;
+use super::shared::paths::{self, Cache, PathScene, paths_a_thread};
 use super::shared::voxel;
 use super::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image, Pass, PassBuilder};
-use crate::render::bvh::{EmissiveTriangles, GpuEmitter, HOST_WORK, SceneRays, TURNS_A_RAY};
-use crate::render::{GpuScene, Receivers, screen_groups, screen_image};
-use crate::shader::GpuStruct;
+use crate::render::{Receivers, screen_groups, screen_image};
 use settings::{PRESETS, RULES, RaySettings, SETTINGS};
 
 /// The row of the registry.
@@ -36,9 +31,9 @@ pub static ENTRY: Entry = Entry {
         &[&GATHER, &GATHER_CACHED, &MIRROR, &MIRROR_CACHED],
         voxel::PASSES,
     ],
-    structs: &[&[("GpuEmitter", GpuEmitter::FIELDS)], voxel::STRUCTS],
+    structs: &[paths::STRUCTS, voxel::STRUCTS],
     stages: &[
-        &Stage::store("hierarchy", &HOST_WORK),
+        &Stage::store("hierarchy", paths::HOST_PASSES),
         &voxel::VOXELIZATION,
         &voxel::LIGHT_INJECTION,
         &Stage::picture("gather", &["ray_traced.gather"]),
@@ -80,14 +75,9 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
     Ok(Box::new(RayTraced::new(context, settings)?))
 }
 
-struct Scene {
-    rays: SceneRays,
-    emitters: EmissiveTriangles,
-}
-
 struct RayTraced {
     settings: RaySettings,
-    scene: Option<Scene>,
+    scene: Option<PathScene>,
     cache: Option<Cache>,
     mirrored: Option<Arc<Image>>,
 }
@@ -116,15 +106,9 @@ impl RayTraced {
     }
 
     /// First ray, and one beyond the last, of as many dispatches as keep the loops of a thread
-    /// within `LOOP_BUDGET`, a ray each at least: `TURNS_A_RAY` is many times what a ray takes.
+    /// within what a device does.
     fn dispatches(&self, given: &Inputs<'_>, count: u32) -> impl Iterator<Item = [u32; 2]> {
-        let lights = if self.settings.uses_maps {
-            0
-        } else {
-            given.scene.lights.len() as u32
-        };
-        let rays = self.settings.bounces * (1 + lights + u32::from(given.scene.is_emissive));
-        let most = (LOOP_BUDGET / (TURNS_A_RAY * rays)).max(1);
+        let most = paths_a_thread(given.scene, self.settings.bounces, self.settings.uses_maps);
         (0..count)
             .step_by(most as usize)
             .map(move |first| [first, (first + most).min(count)])
@@ -135,21 +119,14 @@ impl RayTraced {
         &self,
         frame: &'f mut Frame,
         [pass, cached]: [&'static Pass; 2],
-        scene: &Scene,
+        scene: &PathScene,
         given: &Inputs<'_>,
     ) -> PassBuilder<'f> {
-        let (maps, has_bumps) = (given.maps, given.scene.has_bumps());
-        let pass = match &self.cache {
-            Some(cache) => cache.bind(scene.rays.bind(frame.pass(cached))),
-            None => scene.rays.bind(frame.pass(pass)),
-        };
-        pass.bind("emitters", &scene.emitters.rows)
-            .bind("emitter_densities", &scene.emitters.densities)
-            .bind("light_views", &maps.views)
-            .bind("shadow_maps", &maps.depth)
-            .constant("EMITTERS", scene.emitters.count)
-            .constant("SHADOW_MAPS", self.settings.uses_maps)
-            .constant("BUMPS", has_bumps)
+        let uses_maps = self.settings.uses_maps;
+        match &self.cache {
+            Some(cache) => cache.bind(scene.bind(frame.pass(cached), given, uses_maps)),
+            None => scene.bind(frame.pass(pass), given, uses_maps),
+        }
     }
 
     /// What the paths of a dispatch are told.
@@ -171,14 +148,6 @@ impl RayTraced {
     }
 }
 
-impl Scene {
-    fn build(gpu: &Gpu, scene: &GpuScene) -> Result<(Self, FrameStats), Error> {
-        let (rays, stats) = SceneRays::build(gpu, scene)?;
-        let emitters = EmissiveTriangles::new(gpu, scene)?;
-        Ok((Scene { rays, emitters }, stats))
-    }
-}
-
 impl Technique for RayTraced {
     fn needs(&self) -> Needs {
         Needs {
@@ -193,7 +162,7 @@ impl Technique for RayTraced {
 
     fn build(&mut self, &Context { gpu, scene, .. }: &Context<'_>) -> Result<FrameStats, Error> {
         self.scene = None;
-        let (own, mut stats) = Scene::build(gpu, scene)?;
+        let (own, mut stats) = PathScene::build(gpu, scene)?;
         self.scene = Some(own);
         if let Some(cache) = &mut self.cache {
             stats.append(cache.grid.build(gpu, scene)?);
@@ -209,8 +178,7 @@ impl Technique for RayTraced {
         let (Change::Models, Some(own)) = (change, &mut self.scene) else {
             return Ok(FrameStats::default());
         };
-        let mut stats = own.rays.follow(gpu, scene)?;
-        own.emitters.follow(gpu, scene)?;
+        let mut stats = own.follow(gpu, scene)?;
         if let Some(cache) = &mut self.cache {
             stats.append(cache.grid.follow(gpu, scene)?);
         }
@@ -255,8 +223,7 @@ impl Technique for RayTraced {
 impl Inspect for RayTraced {
     fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
         let scene = self.scene.as_ref();
-        let mut counts = scene.map(|scene| scene.rays.counts()).unwrap_or_default();
-        counts.extend(scene.map(|scene| ("emissive_triangles", scene.emitters.count.into())));
+        let mut counts = scene.map(PathScene::counts).unwrap_or_default();
         if let Some(cache) = &self.cache {
             counts.extend(cache.grid.counts(gpu)?);
         }

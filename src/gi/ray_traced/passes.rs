@@ -1,9 +1,9 @@
 //! The passes, and what they are told.
 
+use crate::gi::shared::paths::{BINDINGS, CACHE_BINDINGS, CONSTANTS};
 use crate::gpu_struct;
 use crate::graph::pass::join;
 use crate::graph::{Access, Binding, Pass, Sets, Shaders};
-use crate::render::bvh;
 use crate::shader::GpuStruct;
 
 gpu_struct! {
@@ -26,26 +26,6 @@ gpu_struct! {
     }
 }
 
-/// What paths read of the scene.
-const SCENE: [Binding; 9] = join(
-    bvh::BINDINGS,
-    [
-        Binding::buffer("emitters", Access::ComputeRead),
-        Binding::buffer("emitter_densities", Access::ComputeRead),
-        Binding::buffer("light_views", Access::ComputeRead),
-        Binding::sampled("shadow_maps", Access::ComputeSampled),
-    ],
-);
-
-const CONSTANTS: &[&str] = &[
-    bvh::CONSTANTS[0],
-    bvh::CONSTANTS[1],
-    bvh::CONSTANTS[2],
-    "EMITTERS",
-    "SHADOW_MAPS",
-    "BUMPS",
-];
-
 const CACHED_CONSTANTS: &[&str] = &[
     CONSTANTS[0],
     CONSTANTS[1],
@@ -56,16 +36,8 @@ const CACHED_CONSTANTS: &[&str] = &[
     "SIDES",
 ];
 
-/// What paths read of the cache.
-const CACHE: [Binding; 4] = [
-    Binding::buffer("occupancy", Access::ComputeRead),
-    Binding::buffer("block_bases", Access::ComputeRead),
-    Binding::buffer("voxel_records", Access::ComputeRead),
-    Binding::buffer("voxel_radiance", Access::ComputeRead),
-];
-
 const GATHER_BINDINGS: [Binding; 12] = join(
-    SCENE,
+    BINDINGS,
     [
         Binding::sampled("view_depth", Access::ComputeSampled),
         Binding::sampled("normals", Access::ComputeSampled),
@@ -74,7 +46,7 @@ const GATHER_BINDINGS: [Binding; 12] = join(
 );
 
 const MIRROR_BINDINGS: [Binding; 13] = join(
-    SCENE,
+    BINDINGS,
     [
         Binding::sampled("view_depth", Access::ComputeSampled),
         Binding::sampled("normals", Access::ComputeSampled),
@@ -89,7 +61,7 @@ pub static GATHER: Pass = Pass {
     name: "ray_traced.gather",
     shaders: Shaders::Compute("gi/ray_traced/gather.comp"),
     bindings: &GATHER_BINDINGS,
-    constants: CONSTANTS,
+    constants: &CONSTANTS,
     params: Some(PathParams::LAYOUT),
     sets: Sets::Scene,
 };
@@ -97,7 +69,7 @@ pub static GATHER: Pass = Pass {
 /// As [`GATHER`], with the light of voxels at the last place of a path.
 pub static GATHER_CACHED: Pass = Pass {
     shaders: Shaders::Compute("gi/ray_traced/gather_cached.comp"),
-    bindings: &join::<12, 4, 16>(GATHER_BINDINGS, CACHE),
+    bindings: &join::<12, 4, 16>(GATHER_BINDINGS, CACHE_BINDINGS),
     constants: CACHED_CONSTANTS,
     ..GATHER
 };
@@ -108,7 +80,7 @@ pub static MIRROR: Pass = Pass {
     name: "ray_traced.mirror",
     shaders: Shaders::Compute("gi/ray_traced/mirror.comp"),
     bindings: &MIRROR_BINDINGS,
-    constants: CONSTANTS,
+    constants: &CONSTANTS,
     params: Some(PathParams::LAYOUT),
     sets: Sets::Scene,
 };
@@ -116,7 +88,7 @@ pub static MIRROR: Pass = Pass {
 /// As [`MIRROR`], with the light of voxels at the last place of a path.
 pub static MIRROR_CACHED: Pass = Pass {
     shaders: Shaders::Compute("gi/ray_traced/mirror_cached.comp"),
-    bindings: &join::<13, 4, 17>(MIRROR_BINDINGS, CACHE),
+    bindings: &join::<13, 4, 17>(MIRROR_BINDINGS, CACHE_BINDINGS),
     constants: CACHED_CONSTANTS,
     ..MIRROR
 };

@@ -3,6 +3,7 @@
 pub mod cone;
 pub mod interleave;
 pub(in crate::gi) mod loops;
+pub mod paths;
 pub mod screen;
 pub mod sh;
 pub mod surfaces;

@@ -9,9 +9,9 @@ use super::volume::{ConeOutput, FaceWeights, March, Volume};
 use crate::gi::Settings;
 use crate::gi::shared::interleave::Pattern;
 use crate::gi::shared::loops::{LOOP_BUDGET, VECTOR_LANES};
-use crate::gi::shared::voxel::build::linear_groups;
 use crate::gi::shared::voxel::{Directionality, VoxelBounces, VoxelGrid, VoxelRecords};
 use crate::gpu_struct;
+use crate::graph::compute::linear_groups;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Owner};
 use crate::render::{GBuffer, GpuScene, Receivers, screen_groups, screen_image, storage};
 

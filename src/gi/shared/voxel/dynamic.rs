@@ -15,10 +15,10 @@ use std::sync::Arc;
 use glam::{IVec3, Vec3};
 
 use super::build::passes::{Fragment, Voxel};
-use super::build::{FragmentLists, Triangles, buffer, linear_groups};
+use super::build::{FragmentLists, Triangles, buffer};
 use super::{VoxelGrid, Voxelizer, Voxels};
 use crate::gpu_struct;
-use crate::graph::compute::{read, read_write, write};
+use crate::graph::compute::{linear_groups, read, read_write, write};
 use crate::graph::{Buffer, Error, Frame, FrameStats, Gpu, Pass};
 use crate::render::GpuScene;
 use crate::shader::GpuStruct;

@@ -11,10 +11,10 @@ use std::sync::Arc;
 use glam::{IVec3, Vec3};
 
 use super::build::passes::{Fragment, Voxel};
-use super::build::{FragmentLists, GridBuffers, add_index, buffer, linear_groups};
+use super::build::{FragmentLists, GridBuffers, add_index, buffer};
 use super::{VoxelBox, VoxelGrid, VoxelSettings, Voxelizer, Voxels};
 use crate::gpu_struct;
-use crate::graph::compute::{read, write};
+use crate::graph::compute::{linear_groups, read, write};
 use crate::graph::{Buffer, Error, Frame, FrameStats, Gpu, Pass};
 use crate::render::GpuScene;
 use crate::shader::GpuStruct;

@@ -5,11 +5,11 @@ use std::sync::Arc;
 use super::RAYS;
 use super::layout::{Layout, Place};
 use super::update::Level;
-use crate::gi::shared::voxel::build::{buffer, linear_groups};
+use crate::gi::shared::voxel::build::buffer;
 use crate::gi::shared::voxel::trace::surfaces::{SURFACE_BYTES, pack_surfaces};
 use crate::gi::shared::voxel::{LightSettings, Space};
 use crate::gpu_struct;
-use crate::graph::compute::{read, write};
+use crate::graph::compute::{linear_groups, read, write};
 use crate::graph::{Bound, Buffer, Error, Frame, FrameStats, Gpu, Pass};
 use crate::shader::GpuStruct;
 

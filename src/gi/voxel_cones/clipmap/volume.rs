@@ -7,9 +7,10 @@ use glam::IVec3;
 use super::CONES;
 use super::layout::{Inner, Layout, Place};
 use crate::gi::shared::cone::Volume;
-use crate::gi::shared::voxel::build::{buffer, linear_groups};
+use crate::gi::shared::voxel::build::buffer;
 use crate::gi::shared::voxel::{Directionality, Prefilter, VoxelBox, VoxelLight, Voxels};
 use crate::gpu_struct;
+use crate::graph::compute::linear_groups;
 use crate::graph::{
     Access, Binding, Bound, Buffer, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage,
     Owner, Pass, vk,

@@ -17,13 +17,13 @@ use super::{Gatherer, Parts, Relit, VoxelStore};
 use crate::gi::Context;
 use crate::gi::settings::Settings;
 use crate::gi::shared::cone::{Volume, VoxelVolume};
-use crate::gi::shared::voxel::build::linear_groups;
 use crate::gi::shared::voxel::trace::space::space_passes;
 use crate::gi::shared::voxel::{
     Directionality, LightInputs, LightSettings, LitGrid, LitVoxels, Prefilter, Sides, Space,
     SpacePasses, VoxelLight, VoxelRecords, VoxelSettings, Voxels, lit_grid,
 };
 use crate::gpu_struct;
+use crate::graph::compute::linear_groups;
 use crate::graph::compute::read;
 use crate::graph::{Access, Binding, Error, Frame, FrameStats, Gpu, Image, Pass};
 use crate::shader::GpuStruct;

@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use super::nodes::NodePool;
 use super::touched::{Tiles, TouchedTiles};
-use crate::gi::shared::voxel::build::{buffer, linear_groups};
+use crate::gi::shared::voxel::build::buffer;
 use crate::gi::shared::voxel::{Directionality, Sides};
 use crate::gpu_struct;
+use crate::graph::compute::linear_groups;
 use crate::graph::{
     Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind,
     ImageUsage, Owner, Pass, vk,

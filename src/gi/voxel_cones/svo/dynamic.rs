@@ -13,10 +13,10 @@ use super::nodes::{
     LINK_LEAVES, LINK_NEIGHBOURS, LeafParams, Level, LevelParams, LevelRange, NodePool, SCAN_NODES,
     TILES_PER_GROUP, require_pointers, tile_blocks,
 };
-use crate::gi::shared::voxel::build::{buffer, linear_groups};
+use crate::gi::shared::voxel::build::buffer;
 use crate::gi::shared::voxel::dynamic::with_slack;
 use crate::gpu_struct;
-use crate::graph::compute::{read, read_write, write};
+use crate::graph::compute::{linear_groups, read, read_write, write};
 use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Image, Pass};
 use crate::shader::GpuStruct;
 

@@ -6,9 +6,9 @@ use glam::UVec3;
 
 use super::dynamic::{DynamicTiles, TouchedVoxels};
 use super::pieces::Occupancy;
-use crate::gi::shared::voxel::build::{buffer, linear_groups};
+use crate::gi::shared::voxel::build::buffer;
 use crate::gpu_struct;
-use crate::graph::compute::{read, read_write, write};
+use crate::graph::compute::{linear_groups, read, read_write, write};
 use crate::graph::{Buffer, Error, Frame, FrameStats, Gpu, Pass};
 use crate::shader::GpuStruct;
 

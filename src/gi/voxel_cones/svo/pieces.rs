@@ -11,8 +11,8 @@ use super::dynamic::TouchedVoxels;
 use super::nodes::require_pointers;
 use super::space::{MERGE_RADIANCE, MergeParams, radiance_texels};
 use crate::gi::shared::cone::Volume;
+use crate::gi::shared::voxel::build::buffer;
 use crate::gi::shared::voxel::build::passes::Voxel;
-use crate::gi::shared::voxel::build::{buffer, linear_groups};
 use crate::gi::shared::voxel::light::inject::{INJECT_BINDINGS, inject_pass};
 use crate::gi::shared::voxel::trace::surfaces::{SURFACE_BYTES, pack_surfaces};
 use crate::gi::shared::voxel::{
@@ -20,6 +20,7 @@ use crate::gi::shared::voxel::{
     VoxelLight, VoxelLookup, VoxelRecords, VoxelSettings, Voxelizer, Voxels, add_counts,
     bound_tiles,
 };
+use crate::graph::compute::linear_groups;
 use crate::graph::pass::join;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Image, Pass};
 use crate::render::GpuScene;

@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use super::nodes::NodePool;
 use super::{Pieces, RAYS};
-use crate::gi::shared::voxel::build::{buffer, linear_groups};
+use crate::gi::shared::voxel::build::buffer;
 use crate::gi::shared::voxel::{Sides, Space};
 use crate::gpu_struct;
-use crate::graph::compute::{read, read_write};
+use crate::graph::compute::{linear_groups, read, read_write};
 use crate::graph::{
     Access, Binding, Bound, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind, ImageUsage,
     Owner, Pass, vk,

@@ -8,8 +8,9 @@ use std::sync::Arc;
 
 use super::bricks::{BrickParams, LevelBricks};
 use super::nodes::{LevelRange, NodePool};
-use crate::gi::shared::voxel::build::{buffer, linear_groups};
+use crate::gi::shared::voxel::build::buffer;
 use crate::gpu_struct;
+use crate::graph::compute::linear_groups;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Pass, PassBuilder};
 use crate::shader::GpuStruct;
 

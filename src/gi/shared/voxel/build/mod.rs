@@ -16,6 +16,7 @@ use crate::gi::shared::voxel::build::passes::{
 };
 use crate::gi::shared::voxel::build::settings::{Accumulation, Method, Surface, VoxelSettings};
 use crate::gi::shared::voxel::{Lattice, VoxelBox, VoxelGrid};
+use crate::graph::compute::linear_groups;
 use crate::graph::{
     BatchDispatch, Buffer, BufferDesc, BufferUsage, DrawBatch, Error, Frame, FrameStats, Gpu,
     Image, ImageDesc, ImageKind, ImageUsage, Owner, Targets, vk,
@@ -675,10 +676,3 @@ fn average_image(gpu: &Gpu, resolution: u32) -> Result<Arc<Image>, Error> {
 /// Most workgroups that share the same triangles: at the highest resolution, each thread then has a
 /// few tiles of 64 full-sized triangles.
 const MOST_SHARING: u32 = 1 << 14;
-
-/// Workgroups of 64 threads for a linear index; beyond the limit of one dimension they go on in the
-/// second (`y × 65,535 × 64`).
-pub(crate) fn linear_groups(count: u32) -> [u32; 3] {
-    let groups = count.div_ceil(64);
-    [groups.min(65_535), groups.div_ceil(65_535).max(1), 1]
-}

@@ -15,9 +15,10 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use crate::gi::shared::loops::LOOP_BUDGET;
-use crate::gi::shared::voxel::build::{buffer, linear_groups};
+use crate::gi::shared::voxel::build::buffer;
 use crate::gi::shared::voxel::light::settings::{Attenuation, Injection, LightSettings, Viewer};
 use crate::gi::shared::voxel::{Lattice, VoxelBounces, VoxelBox, VoxelGrid, Voxels};
+use crate::graph::compute::linear_groups;
 use crate::graph::{Buffer, Error, Frame, Gpu, Image};
 use crate::render::bvh::SceneRays;
 use crate::render::{GpuScene, LightMaps};

@@ -13,9 +13,9 @@ pub use settings::{RAY_SETTINGS, RaySettings, more_rays};
 pub use space::{Space, SpacePasses};
 
 use super::VoxelRecords;
-use super::build::linear_groups;
 use crate::gi::shared::loops::LOOP_BUDGET;
 use crate::gpu_struct;
+use crate::graph::compute::linear_groups;
 use crate::graph::pass::join;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Pass, Sets, Shaders};
 use crate::render::bvh::{self, SceneRays, TURNS_A_RAY};

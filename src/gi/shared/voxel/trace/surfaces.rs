@@ -3,9 +3,8 @@
 
 use std::sync::Arc;
 
-use crate::gi::shared::voxel::build::linear_groups;
 use crate::gpu_struct;
-use crate::graph::compute::{read, write};
+use crate::graph::compute::{linear_groups, read, write};
 use crate::graph::{Buffer, Frame, Pass};
 use crate::shader::GpuStruct;
 

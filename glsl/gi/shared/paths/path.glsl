@@ -1,13 +1,14 @@
 // Paths of light, backwards (Kajiya 1986): at each place the lights by shadow rays or maps,
 // emissive triangles by aiming at one and by scattering, weighted by the power heuristic (Veach
 // 1997), the environment by scattering.
-#ifndef LUMIVOX_RAY_TRACED_PATH
-#define LUMIVOX_RAY_TRACED_PATH
+#ifndef LUMIVOX_PATHS_PATH
+#define LUMIVOX_PATHS_PATH
 
-#include "gi/ray_traced/vertex.glsl"
+#include "gi/shared/paths/vertex.glsl"
+#include "shared/random.glsl"
 #include "shared/visibility.glsl"
 #ifdef CACHED
-#include "gi/ray_traced/cache.glsl"
+#include "gi/shared/paths/cache.glsl"
 #endif
 
 float power_heuristic(float own, float other) {
@@ -42,8 +43,9 @@ ShadowRay ray_to_light(PathVertex v, Light light) {
     return ShadowRay(reflected, to_light, distance, NO_TRIANGLE);
 }
 
-// Of a point of what emits, drawn by its power.
-ShadowRay ray_to_emitter(PathVertex v, vec3 random) {
+// Of a point of what emits, drawn by its power. `scatters`: the path goes on, so that chance brings
+// it there too.
+ShadowRay ray_to_emitter(PathVertex v, vec3 random, bool scatters) {
     ShadowRay none = ShadowRay(vec3(0.0), vec3(0.0), 0.0, NO_TRIANGLE);
     float place = random.x * float(EMITTERS);
     uint row = min(uint(place), EMITTERS - 1u);
@@ -65,7 +67,7 @@ ShadowRay ray_to_emitter(PathVertex v, vec3 random) {
         if (!is_solid(triangle, at)) return none;
     }
     vec4 reflected = reflected_towards(v, direction);
-    float weight = power_heuristic(density, reflected.a) / density;
+    float weight = (scatters ? power_heuristic(density, reflected.a) : 1.0) / density;
     return ShadowRay(reflected.rgb * emitter.emission * weight, direction, distance, triangle);
 }
 
@@ -75,8 +77,9 @@ float mapped_visibility(PathVertex v, Light light) {
 }
 
 // What reaches a place straight from `light_count` lights and, where `emitter_count` is 1, from
-// what emits, reflected there.
-vec3 light_straight(PathVertex v, uint light_count, uint emitter_count, vec3 random) {
+// what emits, reflected there. `scatters`: as above.
+vec3 light_straight(
+    PathVertex v, uint light_count, uint emitter_count, vec3 random, bool scatters) {
     vec3 radiance = vec3(0.0);
     for (uint i = 0u; i < light_count + emitter_count; ++i) {
         bool is_light = i < light_count;
@@ -84,7 +87,7 @@ vec3 light_straight(PathVertex v, uint light_count, uint emitter_count, vec3 ran
         if (is_light) {
             ray = ray_to_light(v, lights[i]);
         } else {
-            ray = ray_to_emitter(v, random);
+            ray = ray_to_emitter(v, random, scatters);
         }
         if (ray.light == vec3(0.0)) continue;
         if (SHADOW_MAPS != 0u) {
@@ -97,23 +100,6 @@ vec3 light_straight(PathVertex v, uint light_count, uint emitter_count, vec3 ran
             radiance += ray.light;
     }
     return radiance;
-}
-
-// Random numbers (Jarzynski & Olano 2020).
-uvec3 pcg3(uvec3 v) {
-    v = v * 1664525u + 1013904223u;
-    v.x += v.y * v.z;
-    v.y += v.z * v.x;
-    v.z += v.x * v.y;
-    v ^= v >> 16;
-    v.x += v.y * v.z;
-    v.y += v.z * v.x;
-    v.z += v.x * v.y;
-    return v;
-}
-
-vec3 unit_numbers(uvec3 v) {
-    return vec3(v >> 8) * (1.0 / 16777216.0);
 }
 
 // Three numbers of [0, 1) for the n-th path of a pixel. At its first place (0) they are those of
@@ -144,7 +130,7 @@ vec3 light_along(
         uint emitter_count = is_last ? 0u : min(EMITTERS, 1u);
         radiance += throughput
             * light_straight(v, place == 0u ? 0u : frame.size_px.z, emitter_count,
-                numbers_for(pixel, n, place, 0u));
+                numbers_for(pixel, n, place, 0u), true);
         if (is_last) break;
         vec3 direction = place == 0u ? first : scattered(v, numbers_for(pixel, n, place, 1u));
         vec4 reflected = reflected_towards(v, direction);

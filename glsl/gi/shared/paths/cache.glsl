@@ -1,6 +1,6 @@
 // Voxels as a cache of the light at a path's last place.
-#ifndef LUMIVOX_RAY_TRACED_CACHE
-#define LUMIVOX_RAY_TRACED_CACHE
+#ifndef LUMIVOX_PATHS_CACHE
+#define LUMIVOX_PATHS_CACHE
 
 #define SPACE_CONSTANT 6
 #include "gi/shared/voxel/trace/lit_grid.glsl"

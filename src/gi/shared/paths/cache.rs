@@ -5,18 +5,27 @@ use crate::gi::shared::voxel::{
     EmissionSeenBy, Injection, LightInputs, LightSettings, LitGrid, Occlusion, Sides,
     VoxelSettings, lit_grid,
 };
-use crate::graph::{Error, Frame, Gpu, PassBuilder};
+use crate::graph::{Access, Binding, Error, Frame, Gpu, PassBuilder};
 use crate::render::GpuScene;
 use crate::render::bvh::SceneRays;
 
+/// What a pass binds, after all else, whose paths read a cache (`gi/shared/paths/cache.glsl`).
+pub const CACHE_BINDINGS: [Binding; 4] = [
+    Binding::buffer("occupancy", Access::ComputeRead),
+    Binding::buffer("block_bases", Access::ComputeRead),
+    Binding::buffer("voxel_records", Access::ComputeRead),
+    Binding::buffer("voxel_radiance", Access::ComputeRead),
+];
+
 /// A grid of voxels, each of whose faces has a radiance.
-pub(super) struct Cache {
-    pub(super) grid: LitGrid,
+pub struct Cache {
+    /// The voxels and their light.
+    pub grid: LitGrid,
 }
 
 impl Cache {
     /// Nothing is built yet. `uses_maps`: reflective shadow maps light the voxels, and not rays.
-    pub(super) fn new(
+    pub fn new(
         gpu: &Gpu,
         scene: &GpuScene,
         resolution: u32,
@@ -40,7 +49,7 @@ impl Cache {
     }
 
     /// Adds the passes that light the voxels.
-    pub(super) fn light(&self, frame: &mut Frame, given: &Inputs<'_>, triangles: &SceneRays) {
+    pub fn light(&self, frame: &mut Frame, given: &Inputs<'_>, triangles: &SceneRays) {
         if let Some((voxels, light)) = &self.grid.lit {
             let inputs = LightInputs {
                 maps: given.maps,
@@ -51,7 +60,7 @@ impl Cache {
     }
 
     /// Binds what paths read of it.
-    pub(super) fn bind<'f>(&self, pass: PassBuilder<'f>) -> PassBuilder<'f> {
+    pub fn bind<'f>(&self, pass: PassBuilder<'f>) -> PassBuilder<'f> {
         let Some((voxels, light)) = &self.grid.lit else {
             return pass;
         };
@@ -62,7 +71,7 @@ impl Cache {
     }
 
     /// Smallest corner (m) and voxel size (m) of the grid.
-    pub(super) fn row(&self) -> [f32; 4] {
+    pub fn row(&self) -> [f32; 4] {
         (self.grid.lit.as_ref()).map_or([0.0; 4], |(voxels, _)| voxels.grid.row())
     }
 }

@@ -1,7 +1,7 @@
-// What the passes of the technique bind, and the constants they have, besides those of
+// What passes of paths bind, and the constants they have, besides those of
 // render/bvh/bindings.glsl.
-#ifndef LUMIVOX_RAY_TRACED_BINDINGS
-#define LUMIVOX_RAY_TRACED_BINDINGS
+#ifndef LUMIVOX_PATHS_BINDINGS
+#define LUMIVOX_PATHS_BINDINGS
 
 #include "shared/light_view.glsl"
 

@@ -1,7 +1,7 @@
 // A place of a path on a surface: what it is made of, how it scatters, and how likely directions
 // are to be drawn. Each as the reference has it.
-#ifndef LUMIVOX_RAY_TRACED_VERTEX
-#define LUMIVOX_RAY_TRACED_VERTEX
+#ifndef LUMIVOX_PATHS_VERTEX
+#define LUMIVOX_PATHS_VERTEX
 
 #include "render/bvh/traverse.glsl"
 #include "shared/directions.glsl"
