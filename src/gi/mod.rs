@@ -11,6 +11,7 @@ pub mod entry;
 pub mod inspect;
 pub mod lpv;
 pub mod none;
+pub mod probes;
 pub mod ray_traced;
 pub mod registry;
 pub mod settings;

@@ -5,6 +5,7 @@ use std::sync::{PoisonError, RwLock};
 use super::entry::Entry;
 use super::lpv;
 use super::none;
+use super::probes;
 use super::ray_traced;
 use super::settings::listed;
 use super::voxel_cones::{clipmap, mips, svo};
@@ -19,6 +20,7 @@ pub static TECHNIQUES: &[&Entry] = &[
     &lpv::cascaded::ENTRY,
     &lpv::octree::ENTRY,
     &ray_traced::ENTRY,
+    &probes::irradiance::ENTRY,
 ];
 
 /// The technique that commands take where none is named.

@@ -48,6 +48,7 @@ mod oracle_svo_dynamic;
 mod oracle_voxels;
 mod patches;
 mod planner;
+mod probes;
 mod properties;
 mod ray_spaces;
 mod rays;

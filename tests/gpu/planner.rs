@@ -126,7 +126,19 @@ struct Life {
 }
 
 /// Few, which run every pass of every technique between them.
-const LIVES: [Life; 41] = [
+const LIVES: [Life; 43] = [
+    Life {
+        technique: "irradiance-probes",
+        preset: Some("accurate"),
+        pairs: &[("probes", "4"), ("rays", "32"), ("bounces", "3")],
+        surfaces: Surfaces::Emissive,
+    },
+    Life {
+        technique: "irradiance-probes",
+        preset: Some("fast"),
+        pairs: &[("probes", "4"), ("bounces", "2")],
+        surfaces: Surfaces::Glossy,
+    },
     Life {
         technique: "ray-traced",
         preset: Some("cached"),

@@ -270,6 +270,28 @@ const STATED: &[Stated] = &[
         furnace: [0.0, 0.0],
         plates: [0.006, 0.063],
     },
+    // Plates: light that changes within a cell, of 8 probes along the longest side.
+    Stated {
+        name: "irradiance-probes.accurate",
+        lit_sphere: [0.0, 0.0],
+        sky: [0.0, 0.0],
+        furnace: [0.0, 0.0],
+        plates: [0.020, 0.036],
+    },
+    Stated {
+        name: "irradiance-probes.fast",
+        lit_sphere: [0.0, 0.0],
+        sky: [0.0, 0.0],
+        furnace: [0.0, 0.0],
+        plates: [0.019, 0.062],
+    },
+    Stated {
+        name: "irradiance-probes.default",
+        lit_sphere: [0.0, 0.0],
+        sky: [0.0, 0.0],
+        furnace: [0.0, 0.0],
+        plates: [0.019, 0.062],
+    },
 ];
 
 fn stated(case: &Case) -> &'static Stated {
@@ -1029,6 +1051,7 @@ const DEFAULT_BARS: &[(&str, f64, f64)] = &[
     ("lpv-cascaded.accurate", 0.05, 0.11),
     ("lpv-octree.accurate", 0.04, 0.08),
     ("ray-traced.default", 0.02, 0.05),
+    ("irradiance-probes.default", 0.03, 0.06),
 ];
 
 /// The default preset of every technique, at a bar that each states.

@@ -308,6 +308,9 @@ const LEAKS: &[(&str, f64)] = &[
     ("ray-traced.fast", 0.0),
     ("ray-traced.cached", 0.0),
     ("ray-traced.accurate", 0.0),
+    ("irradiance-probes.default", 0.0),
+    ("irradiance-probes.accurate", 0.0),
+    ("irradiance-probes.fast", 0.0),
 ];
 
 /// How far a leak may be from the stated one, to either side.

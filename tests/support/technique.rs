@@ -77,6 +77,9 @@ pub fn default_cases_with(pair: &str) -> Vec<Case> {
     cases
 }
 
+/// What makes techniques small that have no resolution, so that tests are short.
+const SMALL: &[(&str, &str)] = &[("probes", "8")];
+
 impl std::fmt::Debug for Case {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(&self.name())
@@ -125,10 +128,11 @@ impl Case {
         (self.entry.bounces)(&self.settings(&[])).expect("presets have a fixed number of bounces")
     }
 
-    /// The preset's settings, with those `pairs` that the technique knows.
+    /// The preset's settings, [`SMALL`], with those `pairs` that the technique knows.
     pub fn settings(&self, pairs: &[(&str, &str)]) -> Settings {
-        let pairs: Vec<String> = pairs
+        let pairs: Vec<String> = SMALL
             .iter()
+            .chain(pairs)
             .filter(|(name, _)| self.has(name))
             .map(|(name, value)| format!("{name}={value}"))
             .collect();

@@ -43,9 +43,8 @@ ShadowRay ray_to_light(PathVertex v, Light light) {
     return ShadowRay(reflected, to_light, distance, NO_TRIANGLE);
 }
 
-// Of a point of what emits, drawn by its power. `scatters`: the path goes on, so that chance brings
-// it there too.
-ShadowRay ray_to_emitter(PathVertex v, vec3 random, bool scatters) {
+// Of a point of what emits, drawn by its power.
+ShadowRay ray_to_emitter(PathVertex v, vec3 random) {
     ShadowRay none = ShadowRay(vec3(0.0), vec3(0.0), 0.0, NO_TRIANGLE);
     float place = random.x * float(EMITTERS);
     uint row = min(uint(place), EMITTERS - 1u);
@@ -67,7 +66,7 @@ ShadowRay ray_to_emitter(PathVertex v, vec3 random, bool scatters) {
         if (!is_solid(triangle, at)) return none;
     }
     vec4 reflected = reflected_towards(v, direction);
-    float weight = (scatters ? power_heuristic(density, reflected.a) : 1.0) / density;
+    float weight = power_heuristic(density, reflected.a) / density;
     return ShadowRay(reflected.rgb * emitter.emission * weight, direction, distance, triangle);
 }
 
@@ -77,9 +76,8 @@ float mapped_visibility(PathVertex v, Light light) {
 }
 
 // What reaches a place straight from `light_count` lights and, where `emitter_count` is 1, from
-// what emits, reflected there. `scatters`: as above.
-vec3 light_straight(
-    PathVertex v, uint light_count, uint emitter_count, vec3 random, bool scatters) {
+// what emits, reflected there.
+vec3 light_straight(PathVertex v, uint light_count, uint emitter_count, vec3 random) {
     vec3 radiance = vec3(0.0);
     for (uint i = 0u; i < light_count + emitter_count; ++i) {
         bool is_light = i < light_count;
@@ -87,7 +85,7 @@ vec3 light_straight(
         if (is_light) {
             ray = ray_to_light(v, lights[i]);
         } else {
-            ray = ray_to_emitter(v, random, scatters);
+            ray = ray_to_emitter(v, random);
         }
         if (ray.light == vec3(0.0)) continue;
         if (SHADOW_MAPS != 0u) {
@@ -130,7 +128,7 @@ vec3 light_along(
         uint emitter_count = is_last ? 0u : min(EMITTERS, 1u);
         radiance += throughput
             * light_straight(v, place == 0u ? 0u : frame.size_px.z, emitter_count,
-                numbers_for(pixel, n, place, 0u), true);
+                numbers_for(pixel, n, place, 0u));
         if (is_last) break;
         vec3 direction = place == 0u ? first : scattered(v, numbers_for(pixel, n, place, 1u));
         vec4 reflected = reflected_towards(v, direction);

@@ -63,8 +63,8 @@ impl PathScene {
         Ok(stats)
     }
 
-    /// Binds [`BINDINGS`] and gives [`CONSTANTS`]. `uses_maps`: shadow maps, and not rays, say which
-    /// light reaches a place.
+    /// Binds [`BINDINGS`] and gives [`CONSTANTS`]. `uses_maps`: shadow maps, and not rays, say
+    /// which light reaches a place.
     pub fn bind<'f>(
         &self,
         pass: PassBuilder<'f>,

@@ -1,0 +1,107 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// probes.blend: the irradiance of each probe by direction, E(n) = π Σ L max(0, n·ω) / Σ max(0, n·ω)
+// over its rays, and the share of it that meets nothing. A workgroup a probe; a thread has four
+// texels at a time, so that it reads a ray once for all of them.
+layout(local_size_x = 16) in;
+
+layout(constant_id = 0) const uint IRRADIANCE_TEXELS = 8;
+layout(constant_id = 1) const uint ADDS = 0;   // 1: to what `before` has, whose alpha stays
+
+layout(set = 1, binding = 0) uniform texture2D ray_light;
+layout(set = 1, binding = 1) uniform texture2D before;
+layout(std430, set = 1, binding = 2) restrict readonly buffer ScalesBefore {
+    float scales_before[];
+};
+layout(std430, set = 1, binding = 3) restrict writeonly buffer ProbeScales {
+    float probe_scales[];
+};
+layout(set = 1, binding = 4, rgba16f) uniform restrict writeonly image2D probe_irradiance;
+
+layout(push_constant) uniform BlendParams {
+    uint columns;
+    uint ray_count;      // of a probe
+    uint first_probe;    // of those that are lit
+    uint probe_count;    // of those
+} params;
+
+#include "shared/frame.glsl"
+#include "gi/probes/atlas.glsl"
+#include "gi/probes/lattice.glsl"
+
+// Of what half floats hold: the largest number that a probe stores.
+const float MOST_STORED = 1024.0;
+const uint MOST_TEXELS = 256u;
+
+const uint THREADS = gl_WorkGroupSize.x, TEXELS = 4u, RAYS = 64u;
+
+shared vec3 directions[RAYS];
+shared vec4 brought[RAYS];
+shared vec4 results[MOST_TEXELS];
+shared float largest[THREADS];
+
+void main() {
+    uint index = gl_WorkGroupID.x + gl_WorkGroupID.y * 65535u;
+    if (index >= params.probe_count) return;
+    uint thread = gl_LocalInvocationID.x, probe = params.first_probe + index;
+    uint edge = IRRADIANCE_TEXELS, texel_count = edge * edge;
+    mat3 turn = turn_of(probe);
+    ivec2 map = map_of(probe, params.columns, edge);
+    float most = 0.0;
+    for (uint first = 0u; first < texel_count; first += TEXELS * THREADS) {
+        vec3 normals[TEXELS];
+        vec4 sums[TEXELS];
+        float weights[TEXELS];
+        for (uint i = 0u; i < TEXELS; ++i) {
+            uint texel = first + i * THREADS + thread;
+            normals[i] = direction_of_texel(vec2(texel % edge, texel / edge), edge);
+            sums[i] = vec4(0.0);
+            weights[i] = 0.0;
+        }
+        for (uint begin = 0u; begin < params.ray_count; begin += RAYS) {
+            uint end = min(RAYS, params.ray_count - begin);
+            barrier();
+            for (uint i = thread; i < end; i += THREADS) {
+                directions[i] = turn * fibonacci(begin + i, params.ray_count);
+                ivec2 place = texel_of_ray(index * params.ray_count + begin + i);
+                brought[i] = texelFetch(sampler2D(ray_light, nearest_clamp), place, 0);
+            }
+            barrier();
+            for (uint ray = 0u; ray < end; ++ray) {
+                vec3 direction = directions[ray];
+                vec4 light = brought[ray];
+                for (uint i = 0u; i < TEXELS; ++i) {
+                    float cosine = max(dot(normals[i], direction), 0.0);
+                    sums[i] += cosine * light;
+                    weights[i] += cosine;
+                }
+            }
+        }
+        for (uint i = 0u; i < TEXELS; ++i) {
+            uint texel = first + i * THREADS + thread;
+            if (texel >= texel_count) continue;
+            vec4 light = sums[i] / max(weights[i], 1e-30) * vec4(vec3(PI), 1.0);
+            if (ADDS != 0u) {
+                ivec2 place = map + 1 + ivec2(texel % edge, texel / edge);
+                vec4 first_light = texelFetch(sampler2D(before, nearest_clamp), place, 0);
+                light = vec4(light.rgb + first_light.rgb * scales_before[probe], first_light.a);
+            }
+            results[texel] = light;
+            most = max(most, max(light.r, max(light.g, light.b)));
+        }
+    }
+    largest[thread] = most;
+    barrier();
+    for (uint i = 0u; i < THREADS; ++i) most = max(most, largest[i]);
+    // A power of two, so that twice the light is the same numbers with twice the scale.
+    float scale = exp2(ceil(log2(max(most, 1e-30) / MOST_STORED)));
+    if (thread == 0u) probe_scales[probe] = scale;
+    for (uint texel = thread; texel < texel_count; texel += THREADS) {
+        ivec2 place = ivec2(texel % edge, texel / edge);
+        vec4 stored = vec4(results[texel].rgb / scale, results[texel].a);
+        imageStore(probe_irradiance, map + 1 + place, stored);
+        ivec2 copies[3] = border_of(place, int(edge));
+        for (int i = 0; i < 3; ++i)
+            if (copies[i].x >= 0) imageStore(probe_irradiance, map + copies[i], stored);
+    }
+}

@@ -1,0 +1,44 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// probes.bounce: the radiance that each ray brings of the light that probes have: what its hit
+// reflects of it, diffusely. A thread a ray of some probes.
+layout(local_size_x = 64) in;
+
+#include "gi/shared/paths/bindings.glsl"
+
+layout(set = 1, binding = 9) uniform utexture2D ray_hits;
+layout(set = 1, binding = 10, rgba32f) uniform restrict writeonly image2D ray_light;
+
+layout(push_constant) uniform BounceParams {
+    vec4 first;
+    vec4 spacing;
+    uvec4 counts;
+    uint columns;
+    float normal_bias_m;
+    float weight_floor;
+    float crush;
+    uint ray_count;    // of a probe
+    uint first_ray;    // of the probes that are lit
+    uint all;          // their rays
+} params;
+
+#include "gi/shared/paths/vertex.glsl"
+#define LOOKUP_BINDING 11
+#define LOOKUP_CONSTANT 6
+#include "gi/probes/lookup.glsl"
+
+void main() {
+    uint group = gl_WorkGroupID.x + gl_WorkGroupID.y * 65535u;
+    uint index = group * 64u + gl_LocalInvocationID.x;
+    if (index >= params.all) return;
+    uint ray = params.first_ray + index, probe = ray / params.ray_count;
+    uvec4 hit = texelFetch(usampler2D(ray_hits, nearest_clamp), texel_of_ray(ray), 0);
+    vec3 light = vec3(0.0);
+    if (hit.x != NO_TRIANGLE) {
+        vec3 direction = turn_of(probe) * fibonacci(ray % params.ray_count, params.ray_count);
+        PathVertex v = vertex_at(hit.x, uintBitsToFloat(hit.yz), -direction);
+        if (v.albedo != vec3(0.0))
+            light = v.albedo / PI * light_of_probes(v.position, v.geometric_normal, v.normal).rgb;
+    }
+    imageStore(ray_light, texel_of_ray(index), vec4(light, 0.0));
+}

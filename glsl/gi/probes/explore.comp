@@ -1,0 +1,48 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// probes.explore: places on surfaces that light paths from the eye come to, each with the normal of
+// the side that they come to. A thread a path.
+layout(local_size_x = 64) in;
+
+#include "render/bvh/bindings.glsl"
+
+// xyz: place [m]; w: normal, octahedral; x is infinite where a path has ended
+layout(std430, set = 1, binding = 5) restrict writeonly buffer SeenPlaces { uvec4 seen_places[]; };
+
+layout(push_constant) uniform ExploreParams {
+    vec4 eye;             // xyz [m]
+    uint path_count;
+    uint place_count;     // of a path
+} params;
+
+#include "render/bvh/traverse.glsl"
+#include "shared/directions.glsl"
+#include "shared/packing.glsl"
+#include "gi/probes/lattice.glsl"
+
+void main() {
+    uint path = gl_GlobalInvocationID.x;
+    if (path >= params.path_count) return;
+    vec3 origin = params.eye.xyz, direction = fibonacci(path, params.path_count);
+    uint leaves = NO_TRIANGLE;
+    bool has_ended = false;
+    for (uint place = 0u; place < params.place_count; ++place) {
+        uint slot = path * params.place_count + place;
+        RayHit hit = RayHit(NO_TRIANGLE, 0.0, vec2(0.0));
+        if (!has_ended) hit = closest_hit(origin, direction, leaves);
+        if (hit.triangle == NO_TRIANGLE) {
+            has_ended = true;
+            seen_places[slot] = uvec4(0x7f800000u, 0u, 0u, 0u);
+            continue;
+        }
+        uvec3 v = vertices_of(hit.triangle);
+        vec3 a = position_of(v.x), b = position_of(v.y), c = position_of(v.z);
+        vec3 normal = normalize(cross(b - a, c - a));
+        if (dot(normal, direction) > 0.0) normal = -normal;
+        origin = a + hit.at.x * (b - a) + hit.at.y * (c - a);
+        seen_places[slot] = uvec4(floatBitsToUint(origin), pack_unit(normal));
+        vec3 random = unit_numbers(pcg3(uvec3(path, place, 2u)));
+        direction = hemisphere_direction(frame_around(normal), random.x, 2.0 * PI * random.y);
+        leaves = hit.triangle;
+    }
+}

@@ -1,0 +1,47 @@
+// Where probes stand, and which directions they look along (Rust: gi::probes::lattice).
+#ifndef LUMIVOX_PROBES_LATTICE
+#define LUMIVOX_PROBES_LATTICE
+
+#include "shared/random.glsl"
+
+struct Lattice {
+    vec4 first;      // xyz: place of the first probe before it is moved [m]
+    vec4 spacing;    // xyz: between probes [m]; w: the smallest of the three
+    uvec4 counts;    // xyz: probes along each axis
+};
+
+uint probe_at(Lattice lattice, uvec3 place) {
+    return place.x + lattice.counts.x * (place.y + lattice.counts.y * place.z);
+}
+
+const float GOLDEN_TURN = 2.399963229728653;
+
+// Ray `ray` of `count`: a point of a Fibonacci set, before it is turned.
+vec3 fibonacci(uint ray, uint count) {
+    float z = 1.0 - (2.0 * float(ray) + 1.0) / float(count);
+    float phi = GOLDEN_TURN * float(ray), r = sqrt(max(1.0 - z * z, 0.0));
+    return vec3(r * cos(phi), r * sin(phi), z);
+}
+
+// The turn of a probe's rays, uniform over all turns (Shoemake 1992): what the set misses is noise,
+// and no pattern that all probes have.
+mat3 turn_of(uint probe) {
+    vec3 u = unit_numbers(pcg3(uvec3(probe, 0x9e3779b9u, 0x85ebca6bu)));
+    float a = sqrt(1.0 - u.x), b = sqrt(u.x), p = 6.283185307179586 * u.y;
+    float q = 6.283185307179586 * u.z;
+    vec4 t = vec4(a * sin(p), a * cos(p), b * sin(q), b * cos(q));
+    vec3 x2 = t.xyz * t.x * 2.0, y2 = t.xyz * t.y * 2.0, w2 = t.xyz * t.w * 2.0;
+    float zz = 2.0 * t.z * t.z;
+    return mat3(1.0 - y2.y - zz, x2.y + w2.z, x2.z - w2.y,
+        x2.y - w2.z, 1.0 - x2.x - zz, y2.z + w2.x,
+        x2.z + w2.y, y2.z - w2.x, 1.0 - x2.x - y2.y);
+}
+
+// Rays are the texels of an image, all of a probe before those of the next.
+const uint RAYS_A_ROW = 4096u;
+
+ivec2 texel_of_ray(uint ray) {
+    return ivec2(ray % RAYS_A_ROW, ray / RAYS_A_ROW);
+}
+
+#endif

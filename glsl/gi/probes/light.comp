@@ -1,0 +1,36 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// probes.light: the radiance that each ray brings: what its hit emits, and reflects of the lights,
+// or the environment. A thread a ray of some probes.
+layout(local_size_x = 64) in;
+
+#include "gi/shared/paths/bindings.glsl"
+
+layout(set = 1, binding = 9) uniform utexture2D ray_hits;
+layout(set = 1, binding = 10, rgba32f) uniform restrict writeonly image2D ray_light;
+
+layout(push_constant) uniform RayLightParams {
+    uint ray_count;    // of a probe
+    uint first_ray;    // of the probes that are lit
+    uint all;          // their rays
+} params;
+
+#include "gi/shared/paths/path.glsl"
+#include "gi/probes/lattice.glsl"
+
+void main() {
+    uint group = gl_WorkGroupID.x + gl_WorkGroupID.y * 65535u;
+    uint index = group * 64u + gl_LocalInvocationID.x;
+    if (index >= params.all) return;
+    uint ray = params.first_ray + index, probe = ray / params.ray_count;
+    uvec4 hit = texelFetch(usampler2D(ray_hits, nearest_clamp), texel_of_ray(ray), 0);
+    if (hit.x == NO_TRIANGLE) {
+        imageStore(ray_light, texel_of_ray(index), vec4(frame.environment.rgb, 1.0));
+        return;
+    }
+    vec3 direction = turn_of(probe) * fibonacci(ray % params.ray_count, params.ray_count);
+    PathVertex v = vertex_at(hit.x, uintBitsToFloat(hit.yz), -direction);
+    // What reflects the light of what emits is a bounce.
+    vec3 light = v.emission + light_straight(v, frame.size_px.z, 0u, vec3(0.0));
+    imageStore(ray_light, texel_of_ray(index), vec4(light, 0.0));
+}

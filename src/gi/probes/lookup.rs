@@ -1,0 +1,109 @@
+//! How surfaces look probes up.
+
+use super::passes::{GATHER, LookupParams};
+use super::volume::{Maps, Volume};
+use crate::gi::Settings;
+use crate::graph::{Access, Binding, Frame, PassBuilder};
+use crate::render::Receivers;
+
+/// What keeps a probe out that a surface does not see.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Visibility {
+    /// Nothing.
+    None = 0,
+    /// The side of the surface that it is on.
+    Facing = 1,
+    /// That, and the distances that it sees.
+    Moments = 2,
+}
+
+/// How surfaces look probes up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lookup {
+    /// What keeps probes out.
+    pub visibility: Visibility,
+    /// How far off its surface a place looks probes up (cells).
+    pub normal_bias: f32,
+    /// Least share of a probe that visibility leaves.
+    pub weight_floor: f32,
+    /// Below this weight probes count less than their weight.
+    pub crush: f32,
+}
+
+impl Lookup {
+    /// As the settings say.
+    pub(super) fn new(settings: &Settings) -> Self {
+        let visibility = if settings.is("visibility", "moments") {
+            Visibility::Moments
+        } else if settings.is("visibility", "facing") {
+            Visibility::Facing
+        } else {
+            Visibility::None
+        };
+        Lookup {
+            visibility,
+            normal_bias: settings.number("normal_bias"),
+            weight_floor: settings.number("weight_floor"),
+            crush: settings.number("crush"),
+        }
+    }
+
+    /// For a volume.
+    pub(super) fn params(&self, volume: &Volume) -> LookupParams {
+        let (lattice, cell) = (&volume.lattice, volume.lattice.cell());
+        LookupParams {
+            first: lattice.first.extend(0.0).to_array(),
+            spacing: lattice.spacing.extend(cell).to_array(),
+            counts: lattice.counts.extend(0).to_array(),
+            columns: volume.columns,
+            normal_bias_m: self.normal_bias * cell,
+            weight_floor: self.weight_floor,
+            crush: self.crush,
+        }
+    }
+
+    /// Binds [`LOOKUP_BINDINGS`] and gives [`LOOKUP_CONSTANTS`].
+    pub(super) fn bind<'f>(
+        &self,
+        pass: PassBuilder<'f>,
+        volume: &Volume,
+        maps: &Maps,
+    ) -> PassBuilder<'f> {
+        pass.bind("probe_places", &volume.places)
+            .bind("probe_scales", &maps.scales)
+            .bind("probe_irradiance", &maps.irradiance)
+            .bind("probe_moments", &volume.moments)
+            .constant(LOOKUP_CONSTANTS[0], volume.irradiance_texels)
+            .constant(LOOKUP_CONSTANTS[1], volume.moment_texels)
+            .constant(LOOKUP_CONSTANTS[2], self.visibility as u32)
+    }
+}
+
+/// Adds [`GATHER`] for surfaces.
+pub fn gather(
+    frame: &mut Frame,
+    receivers: &Receivers<'_>,
+    (volume, maps): (&Volume, &Maps),
+    lookup: &Lookup,
+) {
+    let pass = frame
+        .pass(&GATHER)
+        .bind("view_depth", receivers.view_depth)
+        .bind("normals", receivers.normals)
+        .bind("indirect_diffuse", receivers.light);
+    lookup
+        .bind(pass, volume, maps)
+        .push(&lookup.params(volume))
+        .dispatch(receivers.groups());
+}
+
+/// What a pass binds that looks probes up (`gi/probes/lookup.glsl`).
+pub(super) const LOOKUP_BINDINGS: [Binding; 4] = [
+    Binding::buffer("probe_places", Access::ComputeRead),
+    Binding::buffer("probe_scales", Access::ComputeRead),
+    Binding::sampled("probe_irradiance", Access::ComputeSampled),
+    Binding::sampled("probe_moments", Access::ComputeSampled),
+];
+
+/// The constants that it has for that.
+pub(super) const LOOKUP_CONSTANTS: [&str; 3] = ["IRRADIANCE_TEXELS", "MOMENT_TEXELS", "VISIBILITY"];

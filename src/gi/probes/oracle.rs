@@ -1,0 +1,227 @@
+//! The twin on the CPU, in f64: directions, maps, and how surfaces look them up.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::{DMat3, DVec2, DVec3, DVec4, IVec2, UVec3};
+
+use super::lattice::Lattice;
+use super::lookup::{Lookup, Visibility};
+
+/// Octahedral place of a direction in [−1, 1]² (Meyer et al. 2010).
+pub fn octahedral(direction: DVec3) -> DVec2 {
+    let p = direction.truncate() / direction.abs().element_sum();
+    let sign = |value: f64| if value >= 0.0 { 1.0 } else { -1.0 };
+    if direction.z >= 0.0 {
+        p
+    } else {
+        DVec2::new((1.0 - p.y.abs()) * sign(p.x), (1.0 - p.x.abs()) * sign(p.y))
+    }
+}
+
+/// Unit direction of an octahedral place.
+pub fn direction(p: DVec2) -> DVec3 {
+    let z = 1.0 - p.abs().element_sum();
+    let fold = (-z).max(0.0);
+    let folded = |value: f64| value + if value >= 0.0 { -fold } else { fold };
+    DVec3::new(folded(p.x), folded(p.y), z).normalize()
+}
+
+/// Direction of a place in a map of `edge`² texels, in texels from its first corner.
+pub fn direction_of(place: DVec2, edge: u32) -> DVec3 {
+    direction(place * 2.0 / f64::from(edge) - 1.0)
+}
+
+/// Ray `ray` of `count`, before it is turned: a point of a Fibonacci set.
+pub fn fibonacci(ray: u32, count: u32) -> DVec3 {
+    let z = 1.0 - (2.0 * f64::from(ray) + 1.0) / f64::from(count);
+    let phi = PI * (3.0 - 5f64.sqrt()) * f64::from(ray);
+    let r = (1.0 - z * z).max(0.0).sqrt();
+    DVec3::new(r * phi.cos(), r * phi.sin(), z)
+}
+
+/// Three random integers (Jarzynski & Olano 2020).
+fn pcg3(mut v: UVec3) -> UVec3 {
+    let mix = |v: UVec3| {
+        let x = v.x.wrapping_add(v.y.wrapping_mul(v.z));
+        let y = v.y.wrapping_add(v.z.wrapping_mul(x));
+        UVec3::new(x, y, v.z.wrapping_add(x.wrapping_mul(y)))
+    };
+    v = UVec3::from(
+        v.to_array()
+            .map(|v| v.wrapping_mul(1_664_525).wrapping_add(1_013_904_223)),
+    );
+    v = mix(v);
+    mix(v ^ (v >> 16))
+}
+
+/// The turn of a probe's rays (Shoemake 1992).
+pub fn turn_of(probe: u32) -> DMat3 {
+    let random = pcg3(UVec3::new(probe, 0x9e37_79b9, 0x85eb_ca6b));
+    let [x, y, z] = random
+        .to_array()
+        .map(|v| f64::from(v >> 8) / f64::from(1 << 24));
+    let (a, b) = ((1.0 - x).sqrt(), x.sqrt());
+    let turn = glam::DQuat::from_xyzw(
+        a * (TAU * y).sin(),
+        a * (TAU * y).cos(),
+        b * (TAU * z).sin(),
+        b * (TAU * z).cos(),
+    );
+    DMat3::from_quat(turn)
+}
+
+/// A function of the direction: texels of an octahedral map, row by row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Map {
+    /// Along an edge.
+    pub edge: u32,
+    /// `edge`² of them.
+    pub texels: Vec<DVec4>,
+}
+
+impl Map {
+    /// From the value of each texel, by its place.
+    pub fn of(edge: u32, value: impl Fn(UVec3) -> DVec4) -> Self {
+        let places = (0..edge * edge).map(|texel| UVec3::new(texel % edge, texel / edge, 0));
+        let texels = places.map(value).collect();
+        Map { edge, texels }
+    }
+
+    /// A texel, or one of the border beyond the edge.
+    pub fn texel(&self, at: IVec2) -> DVec4 {
+        let last = self.edge as i32 - 1;
+        let inside = |value: i32| (0..=last).contains(&value);
+        let at = match (inside(at.x), inside(at.y)) {
+            (true, true) => at,
+            (false, true) => IVec2::new(at.x.clamp(0, last), last - at.y),
+            (true, false) => IVec2::new(last - at.x, at.y.clamp(0, last)),
+            (false, false) => IVec2::new(last - at.x.clamp(0, last), last - at.y.clamp(0, last)),
+        };
+        self.texels[(at.x + at.y * (last + 1)) as usize]
+    }
+
+    /// What it shows in a direction, interpolated between four texels.
+    pub fn at(&self, direction: DVec3) -> DVec4 {
+        let place = (octahedral(direction) * 0.5 + 0.5) * f64::from(self.edge) - 0.5;
+        let (low, part) = (place.floor(), place - place.floor());
+        let corner = |x: i32, y: i32| {
+            let share = DVec2::new(
+                if x == 0 { 1.0 - part.x } else { part.x },
+                if y == 0 { 1.0 - part.y } else { part.y },
+            );
+            self.texel(low.as_ivec2() + IVec2::new(x, y)) * share.element_product()
+        };
+        corner(0, 0) + corner(1, 0) + corner(0, 1) + corner(1, 1)
+    }
+}
+
+/// Irradiance by direction, and the share of it that meets nothing, of rays with their radiance
+/// and, in w, whether they meet nothing: E(n) = π Σ L max(0, n·ω) / Σ max(0, n·ω).
+pub fn blend(rays: &[(DVec3, DVec4)], edge: u32) -> Map {
+    Map::of(edge, |at| {
+        let normal = direction_of(at.truncate().as_dvec2() + 0.5, edge);
+        let (mut sum, mut weights) = (DVec4::ZERO, 0.0);
+        for (direction, light) in rays {
+            let cosine = normal.dot(*direction).max(0.0);
+            sum += cosine * *light;
+            weights += cosine;
+        }
+        let mean = sum / weights.max(1e-30);
+        (mean.truncate() * PI).extend(mean.w)
+    })
+}
+
+/// Mean and mean square of distances (cells) by direction, of 2×2 rays through each texel; beyond
+/// `reach` all are one.
+pub fn moments(edge: u32, reach: f64, distance: impl Fn(DVec3) -> f64) -> Map {
+    Map::of(edge, |at| {
+        let within = [0.25, 0.75].map(|x| [0.25, 0.75].map(|y| DVec2::new(x, y)));
+        let rays = within.as_flattened().iter();
+        let seen = rays.map(|within| {
+            let direction = direction_of(at.truncate().as_dvec2() + *within, edge);
+            distance(direction).min(reach)
+        });
+        let sum: DVec2 = seen.map(|r| DVec2::new(r, r * r)).sum();
+        (sum / 4.0).extend(0.0).extend(0.0)
+    })
+}
+
+/// A probe.
+pub struct Probe {
+    /// Where it stands (m).
+    pub place: DVec3,
+    /// rgb: irradiance (W/m²); a: share of it that meets nothing.
+    pub irradiance: Map,
+    /// xy: mean and mean square of the distance that it sees (cells).
+    pub moments: Map,
+}
+
+/// A place on a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    /// m.
+    pub position: DVec3,
+    /// Of its plane, of unit length.
+    pub geometric_normal: DVec3,
+    /// The one that it is shaded with.
+    pub shading_normal: DVec3,
+}
+
+/// Chebyshev's bound of the share that sees as far as `distance`, cubed.
+fn chebyshev(moments: DVec4, distance: f64) -> f64 {
+    if distance <= moments.x {
+        return 1.0;
+    }
+    let variance = (moments.y - moments.x * moments.x).abs();
+    (variance / (variance + (distance - moments.x).powi(2))).powi(3)
+}
+
+/// How much a probe counts for a surface, before the lattice's own weight.
+fn weight(probe: &Probe, place: &Place, lookup: &Lookup, cell: f64) -> f64 {
+    if lookup.visibility == Visibility::None {
+        return 1.0;
+    }
+    let way = probe.place - place.position;
+    let facing = place.geometric_normal.dot(way.normalize_or_zero()) * 0.5 + 0.5;
+    let mut weight = facing * facing + 0.2;
+    if lookup.visibility == Visibility::Moments {
+        let bias = f64::from(lookup.normal_bias) * cell;
+        let seen = place.position + bias * place.geometric_normal - probe.place;
+        let moments = probe.moments.at(seen.normalize_or(DVec3::Z));
+        let share = chebyshev(moments, seen.length() / cell);
+        weight *= share.max(f64::from(lookup.weight_floor));
+    }
+    let crush = f64::from(lookup.crush);
+    if weight < crush {
+        weight.powi(3) / (crush * crush)
+    } else {
+        weight
+    }
+}
+
+/// Irradiance (W/m²), and in w the ambient visibility, of the eight probes around a surface.
+pub fn light_of_probes(
+    lattice: &Lattice,
+    probe: impl Fn(u32) -> Probe,
+    place: &Place,
+    lookup: &Lookup,
+) -> DVec4 {
+    let cell = f64::from(lattice.cell());
+    let moved = place.position + f64::from(lookup.normal_bias) * cell * place.geometric_normal;
+    let last = (lattice.counts - 1).as_dvec3();
+    let at =
+        ((moved - lattice.first.as_dvec3()) / lattice.spacing.as_dvec3()).clamp(DVec3::ZERO, last);
+    let low = at.floor().min(last - 1.0);
+    let (mut sum, mut weights) = (DVec4::ZERO, 0.0);
+    for corner in 0..8u32 {
+        let step = UVec3::new(corner & 1, corner >> 1 & 1, corner >> 2).as_dvec3();
+        let share = (step * (at - low) + (1.0 - step) * (1.0 - at + low)).max(DVec3::splat(1e-3));
+        let index = (low + step).as_uvec3();
+        let counts = lattice.counts;
+        let probe = probe(index.x + counts.x * (index.y + counts.y * index.z));
+        let weight = share.element_product() * weight(&probe, place, lookup, cell);
+        sum += weight * probe.irradiance.at(place.shading_normal);
+        weights += weight;
+    }
+    sum / weights.max(1e-30)
+}

@@ -1,0 +1,237 @@
+//! The passes, and what they are told.
+
+use super::lookup::{LOOKUP_BINDINGS, LOOKUP_CONSTANTS};
+use crate::gi::shared::paths;
+use crate::gpu_struct;
+use crate::graph::pass::join;
+use crate::graph::{Access, Binding, Pass, Sets, Shaders};
+use crate::render::bvh;
+use crate::shader::GpuStruct;
+
+gpu_struct! {
+    /// Parameters of `probes.explore`.
+    pub struct ExploreParams {
+        /// xyz: where paths begin (m).
+        pub eye: [f32; 4],
+        /// Number of paths.
+        pub path_count: u32,
+        /// Places of a path.
+        pub place_count: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `probes.trace`.
+    pub struct TraceParams {
+        /// Rays of a probe.
+        pub ray_count: u32,
+        /// Rays of all probes.
+        pub all: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `probes.moments`.
+    pub struct MomentParams {
+        /// Maps beside each other in the image.
+        pub columns: u32,
+        /// Edge of a map (texels).
+        pub edge: u32,
+        /// Texels of all probes.
+        pub all: u32,
+        /// The smallest spacing (m).
+        pub cell_m: f32,
+        /// What counts as the farthest (cells).
+        pub reach: f32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `probes.light`.
+    pub struct RayLightParams {
+        /// Rays of a probe.
+        pub ray_count: u32,
+        /// First ray of the probes that are lit.
+        pub first_ray: u32,
+        /// Their rays.
+        pub all: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `probes.bounce`.
+    pub struct BounceParams {
+        /// xyz: the first probe (m).
+        pub first: [f32; 4],
+        /// xyz: between probes (m); w: the smallest of the three.
+        pub spacing: [f32; 4],
+        /// xyz: probes along each axis.
+        pub counts: [u32; 4],
+        /// Maps beside each other in the images.
+        pub columns: u32,
+        /// How far off its surface a place looks probes up (m).
+        pub normal_bias_m: f32,
+        /// Least share of a probe that visibility leaves.
+        pub weight_floor: f32,
+        /// Below this weight probes count less than their weight.
+        pub crush: f32,
+        /// Rays of a probe.
+        pub ray_count: u32,
+        /// First ray of the probes that are lit.
+        pub first_ray: u32,
+        /// Their rays.
+        pub all: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `probes.blend`.
+    pub struct BlendParams {
+        /// Maps beside each other in the image.
+        pub columns: u32,
+        /// Rays of a probe.
+        pub ray_count: u32,
+        /// First of the probes that are lit.
+        pub first_probe: u32,
+        /// Their number.
+        pub probe_count: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `probes.gather`.
+    pub struct LookupParams {
+        /// xyz: the first probe (m).
+        pub first: [f32; 4],
+        /// xyz: between probes (m); w: the smallest of the three.
+        pub spacing: [f32; 4],
+        /// xyz: probes along each axis.
+        pub counts: [u32; 4],
+        /// Maps beside each other in the images.
+        pub columns: u32,
+        /// How far off its surface a place looks probes up (m).
+        pub normal_bias_m: f32,
+        /// Least share of a probe that visibility leaves.
+        pub weight_floor: f32,
+        /// Below this weight probes count less than their weight.
+        pub crush: f32,
+    }
+}
+
+/// Places on surfaces that light paths from the eye come to. Writes places; a thread a path.
+pub static EXPLORE: Pass = Pass {
+    name: "probes.explore",
+    shaders: Shaders::Compute("gi/probes/explore.comp"),
+    bindings: &join::<5, 1, 6>(
+        bvh::BINDINGS,
+        [Binding::buffer("seen_places", Access::ComputeWrite)],
+    ),
+    constants: &bvh::CONSTANTS,
+    params: Some(ExploreParams::LAYOUT),
+    sets: Sets::Scene,
+};
+
+/// What each ray meets first. Reads places, writes RGBA32UI; a thread a ray.
+pub static TRACE: Pass = Pass {
+    name: "probes.trace",
+    shaders: Shaders::Compute("gi/probes/trace.comp"),
+    bindings: &join::<5, 2, 7>(
+        bvh::BINDINGS,
+        [
+            Binding::buffer("probe_places", Access::ComputeRead),
+            Binding::image("ray_hits", Access::ComputeWrite),
+        ],
+    ),
+    constants: &bvh::CONSTANTS,
+    params: Some(TraceParams::LAYOUT),
+    sets: Sets::Scene,
+};
+
+/// Mean and mean square of the distance that a probe sees, by direction. Reads places, writes
+/// RG16F; a thread a texel.
+pub static MOMENTS: Pass = Pass {
+    name: "probes.moments",
+    shaders: Shaders::Compute("gi/probes/moments.comp"),
+    bindings: &join::<5, 2, 7>(
+        bvh::BINDINGS,
+        [
+            Binding::buffer("probe_places", Access::ComputeRead),
+            Binding::image("probe_moments", Access::ComputeWrite),
+        ],
+    ),
+    constants: &bvh::CONSTANTS,
+    params: Some(MomentParams::LAYOUT),
+    sets: Sets::Scene,
+};
+
+/// What each ray brings of the lights and of what emits. Reads hits, writes RGBA32F; a thread a
+/// ray.
+pub static LIGHT: Pass = Pass {
+    name: "probes.light",
+    shaders: Shaders::Compute("gi/probes/light.comp"),
+    bindings: &join::<9, 2, 11>(paths::BINDINGS, RAYS),
+    constants: &paths::CONSTANTS,
+    params: Some(RayLightParams::LAYOUT),
+    sets: Sets::Scene,
+};
+
+/// What each ray brings of the light that probes have. Reads hits and maps, writes RGBA32F; a
+/// thread a ray.
+pub static BOUNCE: Pass = Pass {
+    name: "probes.bounce",
+    shaders: Shaders::Compute("gi/probes/bounce.comp"),
+    bindings: &join::<11, 4, 15>(join::<9, 2, 11>(paths::BINDINGS, RAYS), LOOKUP_BINDINGS),
+    constants: &[
+        paths::CONSTANTS[0],
+        paths::CONSTANTS[1],
+        paths::CONSTANTS[2],
+        paths::CONSTANTS[3],
+        paths::CONSTANTS[4],
+        paths::CONSTANTS[5],
+        LOOKUP_CONSTANTS[0],
+        LOOKUP_CONSTANTS[1],
+        LOOKUP_CONSTANTS[2],
+    ],
+    params: Some(BounceParams::LAYOUT),
+    sets: Sets::Scene,
+};
+
+const RAYS: [Binding; 2] = [
+    Binding::sampled("ray_hits", Access::ComputeSampled),
+    Binding::image("ray_light", Access::ComputeWrite),
+];
+
+/// Irradiance of each probe by direction. Reads what rays bring, writes RGBA16F maps and their
+/// scales; a workgroup a probe.
+pub static BLEND: Pass = Pass {
+    name: "probes.blend",
+    shaders: Shaders::Compute("gi/probes/blend.comp"),
+    bindings: &[
+        Binding::sampled("ray_light", Access::ComputeSampled),
+        Binding::sampled("before", Access::ComputeSampled),
+        Binding::buffer("scales_before", Access::ComputeRead),
+        Binding::buffer("probe_scales", Access::ComputeWrite),
+        Binding::image("probe_irradiance", Access::ComputeWrite),
+    ],
+    constants: &["IRRADIANCE_TEXELS", "ADDS"],
+    params: Some(BlendParams::LAYOUT),
+    sets: Sets::Scene,
+};
+
+/// Irradiance and ambient visibility of surfaces. Reads the G-buffer and maps, writes RGBA32F; a
+/// thread a pixel.
+pub static GATHER: Pass = Pass {
+    name: "probes.gather",
+    shaders: Shaders::Compute("gi/probes/gather.comp"),
+    bindings: &join::<3, 4, 7>(
+        [
+            Binding::sampled("view_depth", Access::ComputeSampled),
+            Binding::sampled("normals", Access::ComputeSampled),
+            Binding::image("indirect_diffuse", Access::ComputeWrite),
+        ],
+        LOOKUP_BINDINGS,
+    ),
+    constants: &LOOKUP_CONSTANTS,
+    params: Some(LookupParams::LAYOUT),
+    sets: Sets::Scene,
+};

@@ -1,0 +1,269 @@
+//! The rays of probes: what they meet, and what they bring.
+
+use std::sync::Arc;
+
+use glam::{DVec2, Vec3};
+
+use super::lookup::Lookup;
+use super::oracle;
+use super::passes::{
+    BLEND, BOUNCE, BlendParams, BounceParams, EXPLORE, ExploreParams, LIGHT, MOMENTS, MomentParams,
+    RayLightParams, TRACE, TraceParams,
+};
+use super::snap::Seen;
+use super::volume::{Maps, Volume};
+use crate::gi::shared::paths::PathScene;
+use crate::gi::{Context, Inputs};
+use crate::graph::compute::linear_groups;
+use crate::graph::{
+    BufferDesc, BufferUsage, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind,
+    ImageUsage, Owner, vk,
+};
+use crate::render::bvh::SceneRays;
+
+/// Rays in a row of the images (`gi/probes/lattice.glsl`).
+const RAYS_A_ROW: u32 = 4096;
+
+/// Rays, about, whose light is kept at a time.
+const RAYS_AT_A_TIME: u32 = 1 << 20;
+
+/// Beyond so many diagonals of a cell all distances count as one.
+const REACH_DIAGONALS: f32 = 1.5;
+
+/// The rays of all probes, and the light of those of some.
+pub struct ProbeRays {
+    /// Of a probe.
+    pub count: u32,
+    /// RGBA32UI: triangle, place on it, distance (m).
+    pub hits: Arc<Image>,
+    /// RGBA32F: radiance that a ray brings (W/(m² sr)); a: 1 where it meets nothing.
+    pub light: Arc<Image>,
+    /// Probes whose rays the image of light has room for.
+    at_a_time: u32,
+}
+
+fn ray_image(gpu: &Gpu, name: &str, rays: u64, format: vk::Format) -> Result<Arc<Image>, Error> {
+    let rows = rays.div_ceil(u64::from(RAYS_A_ROW));
+    gpu.create_image(&ImageDesc {
+        name: name.into(),
+        extent: [RAYS_A_ROW, u32::try_from(rows).unwrap_or(u32::MAX), 1],
+        kind: ImageKind::D2,
+        format,
+        mips: 1,
+        layers: 1,
+        usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
+        owner: Owner::Store,
+    })
+}
+
+/// Paths from the eye, and places of each.
+const PATHS: [u32; 2] = [1 << 16, 4];
+
+/// Places on surfaces that light paths from the eye come to, and what finding them cost.
+pub fn explore(
+    &Context {
+        gpu, scene, eye, ..
+    }: &Context<'_>,
+    triangles: &SceneRays,
+) -> Result<(Vec<Seen>, FrameStats), Error> {
+    let [path_count, place_count] = PATHS;
+    let places = gpu.create_buffer(&BufferDesc {
+        name: "probes.seen_places".into(),
+        size_bytes: 16 * u64::from(path_count * place_count),
+        usage: BufferUsage::Storage,
+        owner: Owner::Store,
+    })?;
+    let mut frame = Frame::new();
+    frame.set_scene(&scene.set, &scene.materials);
+    triangles
+        .bind(frame.pass(&EXPLORE))
+        .bind("seen_places", &places)
+        .push(&ExploreParams {
+            eye: eye.extend(0.0).to_array(),
+            path_count,
+            place_count,
+        })
+        .dispatch(linear_groups(path_count));
+    let stats = gpu.submit(frame)?;
+    let rows: Vec<[u32; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&places)?);
+    let seen = |[x, y, z, normal]: [u32; 4]| {
+        let place = Vec3::from([x, y, z].map(f32::from_bits));
+        place.is_finite().then(|| (place, unpack_unit(normal)))
+    };
+    Ok((rows.into_iter().filter_map(seen).collect(), stats))
+}
+
+/// A unit vector of 2×16 bits (`shared/packing.glsl`).
+fn unpack_unit(packed: u32) -> Vec3 {
+    let part = |bits: u32| (f32::from(bits as u16 as i16) / 32767.0).max(-1.0);
+    let p = DVec2::new(part(packed).into(), part(packed >> 16).into());
+    oracle::direction(p).as_vec3()
+}
+
+impl ProbeRays {
+    /// Makes room for `count` rays of each of `probe_count` probes.
+    pub fn new(gpu: &Gpu, probe_count: u32, count: u32) -> Result<Self, Error> {
+        let at_a_time = (RAYS_AT_A_TIME / count).clamp(1, probe_count.max(1));
+        let rays = |probes: u32| u64::from(probes) * u64::from(count);
+        Ok(ProbeRays {
+            count,
+            hits: ray_image(
+                gpu,
+                "probes.ray_hits",
+                rays(probe_count),
+                vk::Format::R32G32B32A32_UINT,
+            )?,
+            light: ray_image(
+                gpu,
+                "probes.ray_light",
+                rays(at_a_time),
+                vk::Format::R32G32B32A32_SFLOAT,
+            )?,
+            at_a_time,
+        })
+    }
+
+    /// Adds [`TRACE`] and [`MOMENTS`]: what all probes see.
+    pub fn trace(&self, frame: &mut Frame, triangles: &SceneRays, volume: &Volume) {
+        let probe_count = volume.lattice.probe_count();
+        let all = probe_count * self.count;
+        triangles
+            .bind(frame.pass(&TRACE))
+            .bind("probe_places", &volume.places)
+            .bind("ray_hits", &self.hits)
+            .push(&TraceParams {
+                ray_count: self.count,
+                all,
+            })
+            .dispatch(linear_groups(all));
+        let texels = probe_count * volume.moment_texels * volume.moment_texels;
+        let cell_m = volume.lattice.cell();
+        triangles
+            .bind(frame.pass(&MOMENTS))
+            .bind("probe_places", &volume.places)
+            .bind("probe_moments", &volume.moments)
+            .push(&MomentParams {
+                columns: volume.columns,
+                edge: volume.moment_texels,
+                all: texels,
+                cell_m,
+                reach: REACH_DIAGONALS * volume.lattice.diagonal() / cell_m,
+            })
+            .dispatch(linear_groups(texels));
+    }
+
+    /// Adds the passes that light all probes anew: by the lights and what emits, then bounce after
+    /// bounce, each of which adds to the light of the first.
+    pub fn light(
+        &self,
+        frame: &mut Frame,
+        given: &Inputs<'_>,
+        scene: &PathScene,
+        volume: &Volume,
+        (lookup, bounces, uses_maps): (&Lookup, u32, bool),
+    ) {
+        let Some(first) = volume.lit(1) else { return };
+        self.each_part(volume, |probes| {
+            let [first_ray, all] = probes.map(|probes| probes * self.count);
+            scene
+                .bind(frame.pass(&LIGHT), given, uses_maps)
+                .bind("ray_hits", &self.hits)
+                .bind("ray_light", &self.light)
+                .push(&RayLightParams {
+                    ray_count: self.count,
+                    first_ray,
+                    all,
+                })
+                .dispatch(linear_groups(all));
+            self.blend(frame, volume, probes, [first, first], false);
+        });
+        let mut last = first;
+        for bounce in 2..=bounces {
+            let Some(next) = volume.lit(bounce) else {
+                return;
+            };
+            self.each_part(volume, |probes| {
+                self.bounce(frame, given, scene, (volume, last), lookup, probes);
+                self.blend(frame, volume, probes, [first, next], true);
+            });
+            last = next;
+        }
+    }
+
+    /// Calls with the first of some probes and their number, until all had their turn.
+    fn each_part(&self, volume: &Volume, mut part: impl FnMut([u32; 2])) {
+        let count = volume.lattice.probe_count();
+        for first in (0..count).step_by(self.at_a_time as usize) {
+            part([first, self.at_a_time.min(count - first)]);
+        }
+    }
+
+    /// Adds [`BOUNCE`] of some probes: what their rays bring of the light that all probes have.
+    pub fn bounce(
+        &self,
+        frame: &mut Frame,
+        given: &Inputs<'_>,
+        scene: &PathScene,
+        (volume, maps): (&Volume, &Maps),
+        lookup: &Lookup,
+        probes: [u32; 2],
+    ) {
+        let [first_ray, all] = probes.map(|probes| probes * self.count);
+        let params = lookup.params(volume);
+        let pass = scene.bind(frame.pass(&BOUNCE), given, false);
+        lookup
+            .bind(pass, volume, maps)
+            .bind("ray_hits", &self.hits)
+            .bind("ray_light", &self.light)
+            .push(&BounceParams {
+                first: params.first,
+                spacing: params.spacing,
+                counts: params.counts,
+                columns: params.columns,
+                normal_bias_m: params.normal_bias_m,
+                weight_floor: params.weight_floor,
+                crush: params.crush,
+                ray_count: self.count,
+                first_ray,
+                all,
+            })
+            .dispatch(linear_groups(all));
+    }
+
+    /// Adds [`BLEND`] of some probes; `adds`: to what `before` has.
+    pub fn blend(
+        &self,
+        frame: &mut Frame,
+        volume: &Volume,
+        [first_probe, probe_count]: [u32; 2],
+        [before, maps]: [&Maps; 2],
+        adds: bool,
+    ) {
+        // What is not added to is not read: then another image is bound.
+        let (before_image, before_scales) = if adds {
+            (&before.irradiance, &before.scales)
+        } else {
+            (&self.light, &volume.places)
+        };
+        frame
+            .pass(&BLEND)
+            .bind("ray_light", &self.light)
+            .bind("before", before_image)
+            .bind("scales_before", before_scales)
+            .bind("probe_scales", &maps.scales)
+            .bind("probe_irradiance", &maps.irradiance)
+            .constant("IRRADIANCE_TEXELS", volume.irradiance_texels)
+            .constant("ADDS", adds)
+            .push(&BlendParams {
+                columns: volume.columns,
+                ray_count: self.count,
+                first_probe,
+                probe_count,
+            })
+            .dispatch([
+                probe_count.min(65_535),
+                probe_count.div_ceil(65_535).max(1),
+                1,
+            ]);
+    }
+}

@@ -1,0 +1,113 @@
+//! The probes of a scene: where they stand, what they see, and their light.
+
+use std::sync::Arc;
+
+use glam::{Vec3, Vec4};
+
+use super::lattice::Lattice;
+use crate::graph::{
+    Buffer, BufferDesc, BufferUsage, Error, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Owner, vk,
+};
+
+/// The irradiance of all probes: an octahedral map each, in a border of one texel.
+pub struct Maps {
+    /// RGBA16F. rgb: irradiance, in steps of the probe's scale; a: share of it that meets nothing.
+    pub irradiance: Arc<Image>,
+    /// Of each probe: irradiance of a stored 1 (W/m²), a power of two.
+    pub scales: Arc<Buffer>,
+}
+
+/// The probes, what they see, and their light.
+pub struct Volume {
+    /// Where they stand before they are moved.
+    pub lattice: Lattice,
+    /// Maps beside each other in the images.
+    pub columns: u32,
+    /// Edge of a map of irradiance (texels).
+    pub irradiance_texels: u32,
+    /// Edge of a map of distances (texels).
+    pub moment_texels: u32,
+    /// xyz of each probe: where it stands (m).
+    pub places: Arc<Buffer>,
+    /// RG16F: mean and mean square of the distance that a probe sees (cells).
+    pub moments: Arc<Image>,
+    /// After one bounce; further ones go from one to the other of the rest.
+    pub maps: Vec<Maps>,
+}
+
+/// An image of maps.
+fn atlas(
+    gpu: &Gpu,
+    name: &str,
+    [columns, rows]: [u32; 2],
+    (edge, format): (u32, vk::Format),
+) -> Result<Arc<Image>, Error> {
+    gpu.create_image(&ImageDesc {
+        name: name.into(),
+        extent: [columns * (edge + 2), rows * (edge + 2), 1],
+        kind: ImageKind::D2,
+        format,
+        mips: 1,
+        layers: 1,
+        usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
+        owner: Owner::Store,
+    })
+}
+
+fn buffer(gpu: &Gpu, name: &str, size_bytes: u64) -> Result<Arc<Buffer>, Error> {
+    gpu.create_buffer(&BufferDesc {
+        name: name.into(),
+        size_bytes: size_bytes.max(16),
+        usage: BufferUsage::Storage,
+        owner: Owner::Store,
+    })
+}
+
+impl Volume {
+    /// Makes room, for one set of maps or more, for probes that stand at `places` (m).
+    pub fn new(
+        gpu: &Gpu,
+        lattice: Lattice,
+        places: &[Vec3],
+        [irradiance_texels, moment_texels]: [u32; 2],
+        map_count: u32,
+    ) -> Result<Self, Error> {
+        let count = lattice.probe_count();
+        let columns = f64::from(count).sqrt().ceil() as u32;
+        let layout = [columns, count.div_ceil(columns)];
+        let maps = |index: u32| {
+            let format = (irradiance_texels, vk::Format::R16G16B16A16_SFLOAT);
+            Ok(Maps {
+                irradiance: atlas(gpu, &format!("probes.irradiance{index}"), layout, format)?,
+                scales: buffer(gpu, &format!("probes.scales{index}"), 4 * u64::from(count))?,
+            })
+        };
+        let rows: Vec<Vec4> = places.iter().map(|place| place.extend(0.0)).collect();
+        let volume = Volume {
+            lattice,
+            columns,
+            irradiance_texels,
+            moment_texels,
+            places: buffer(gpu, "probes.places", 16 * u64::from(count))?,
+            moments: atlas(
+                gpu,
+                "probes.moments",
+                layout,
+                (moment_texels, vk::Format::R16G16_SFLOAT),
+            )?,
+            maps: (0..map_count).map(maps).collect::<Result<_, Error>>()?,
+        };
+        gpu.upload_buffer(&volume.places, bytemuck::cast_slice(&rows))?;
+        Ok(volume)
+    }
+
+    /// The maps that have the light of so many bounces.
+    pub fn lit(&self, bounces: u32) -> Option<&Maps> {
+        let place = if bounces < 2 {
+            0
+        } else {
+            1 + bounces as usize % 2
+        };
+        self.maps.get(place.min(self.maps.len().saturating_sub(1)))
+    }
+}
