@@ -4,15 +4,17 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::{DVec3, DVec4, UVec3, Vec3};
+use lumivox::frame::Renderer;
+use lumivox::gi::Inputs;
 use lumivox::gi::probes::Lattice;
+use lumivox::gi::probes::explore::explore;
 use lumivox::gi::probes::lookup::{Lookup, Visibility, gather};
 use lumivox::gi::probes::oracle::{self, Map, Place, Probe, direction_of};
-use lumivox::gi::probes::rays::{ProbeRays, explore};
+use lumivox::gi::probes::rays::ProbeRays;
 use lumivox::gi::probes::snap::snap;
 use lumivox::gi::probes::volume::Volume;
 use lumivox::gi::shared::paths::PathScene;
 use lumivox::gi::shared::voxel::VoxelGrid;
-use lumivox::gi::{Context, Inputs};
 use lumivox::graph::{Frame, Gpu, Image};
 use lumivox::render::bvh::SceneRays;
 use lumivox::render::bvh::oracle::RayOracle;
@@ -72,10 +74,12 @@ fn with_border(map: &Map) -> Vec<DVec4> {
     places.map(|at| map.texel(at)).collect()
 }
 
-fn places(lattice: &Lattice) -> Vec<Vec3> {
-    (0..lattice.probe_count())
-        .map(|probe| lattice.place(probe))
-        .collect()
+/// Probes of a lattice, with room for two bounces.
+fn volume(gpu: &Gpu, lattice: Lattice, [light, moments]: [u32; 2]) -> Volume {
+    let volume = Volume::new(gpu, lattice, (light, Some(moments)), 2).unwrap();
+    let places: Vec<Vec3> = lattice.places().collect();
+    volume.put(gpu, &places).unwrap();
+    volume
 }
 
 fn scenes() -> Vec<Scene> {
@@ -97,7 +101,7 @@ fn traced(gpu: &Gpu, scene: &Scene, [probes, rays]: [u32; 2], texels: [u32; 2]) 
     let on_gpu = GpuScene::new(gpu, scene).unwrap();
     let (paths, _) = PathScene::build(gpu, &on_gpu).unwrap();
     let lattice = Lattice::within(on_gpu.bounds, probes, 0.3);
-    let volume = Volume::new(gpu, lattice, &places(&lattice), texels, 2).unwrap();
+    let volume = volume(gpu, lattice, texels);
     let rays = ProbeRays::new(gpu, lattice.probe_count(), rays).unwrap();
     let mut frame = Frame::new();
     frame.set_scene(&on_gpu.set, &on_gpu.materials);
@@ -138,7 +142,6 @@ fn rays_and_moments_are_what_the_reference_sees() {
             for ray in 0..count {
                 let index = probe * count + ray;
                 let [triangle, .., distance] = hits[index as usize];
-                assert!(index < RAYS_A_ROW * 65_536);
                 let found = if triangle == u32::MAX {
                     f64::INFINITY
                 } else {
@@ -182,24 +185,41 @@ fn blended_maps_are_the_oracles() {
     let mut random = Random::new(7);
     let scene = bundled("cornell");
     let on_gpu = GpuScene::new(&gpu, &scene).unwrap();
-    for (count, edge, scale) in [(32, 4, 1e-12), (100, 8, 1.0), (64, 16, 3e7), (777, 11, 2e3)] {
+    for (count, edge, scale) in [
+        (32, 4, 1e-12),
+        (100, 8, 1.0),
+        (64, 16, 3e7),
+        (777, 11, 2e3),
+        (8192, 16, 1.0),
+    ] {
         let lattice = Lattice::within(on_gpu.bounds, 2, 0.5);
-        let volume = Volume::new(&gpu, lattice, &places(&lattice), [edge, 8], 2).unwrap();
+        let volume = volume(&gpu, lattice, [edge, 8]);
         let rays = ProbeRays::new(&gpu, lattice.probe_count(), count).unwrap();
         let all = lattice.probe_count() * count;
         let room = RAYS_A_ROW * all.div_ceil(RAYS_A_ROW);
         let lights: Vec<[f32; 4]> = (0..room)
             .map(|_| random_light(&mut random, scale))
             .collect();
-        gpu.upload_image(&rays.light, 0, 0, bytemuck::cast_slice(&lights))
-            .unwrap();
-        let [first, second] = [&volume.maps[0], &volume.maps[1]];
-        let mut frame = Frame::new();
-        frame.set_scene(&on_gpu.set, &on_gpu.materials);
-        let probes = [0, lattice.probe_count()];
-        rays.blend(&mut frame, &volume, probes, [first, first], false);
-        rays.blend(&mut frame, &volume, probes, [first, second], true);
-        gpu.submit(frame).unwrap();
+        let [first, second] = [volume.lit(1), volume.lit(2)];
+        // In two parts, each of whose rays begin the image.
+        let half = lattice.probe_count() / 2;
+        let blend = |maps, adds: bool| {
+            for (part, from) in [(0, 0), (half, half * count)] {
+                let mut of_part: Vec<[f32; 4]> = lights[from as usize..].to_vec();
+                of_part.resize(room as usize, [0.0; 4]);
+                if adds {
+                    of_part.iter_mut().for_each(|light| light[3] = 0.0);
+                }
+                gpu.upload_image(&rays.light, 0, 0, bytemuck::cast_slice(&of_part))
+                    .unwrap();
+                let mut frame = Frame::new();
+                frame.set_scene(&on_gpu.set, &on_gpu.materials);
+                rays.blend(&mut frame, &volume, [part, half], maps, adds);
+                gpu.submit(frame).unwrap();
+            }
+        };
+        blend([first, first], false);
+        blend([first, second], true);
         for probe in 0..lattice.probe_count() {
             let of = |ray: u32| lights[(probe * count + ray) as usize].map(f64::from);
             let brought: Vec<(DVec3, DVec4)> = (0..count)
@@ -268,14 +288,14 @@ impl RandomMaps {
                     }
                 }
             }
-            let image = [&volume.maps[0].irradiance, &volume.moments][which];
+            let image = [&volume.lit(1).irradiance, &volume.moments][which];
             gpu.upload_image(image, 0, 0, bytemuck::cast_slice(&halfs))
                 .unwrap();
         }
         let scales: Vec<f32> = (0..count)
             .map(|probe| [0.5, 4.0][probe as usize % 2])
             .collect();
-        let probe_scales = &volume.maps[0].scales;
+        let probe_scales = &volume.lit(1).scales;
         gpu.upload_buffer(probe_scales, bytemuck::cast_slice(&scales))
             .unwrap();
         let mut moved = |probe: u32| {
@@ -338,7 +358,7 @@ fn lookups_are_the_oracles() {
         for lookup in lookups() {
             let mut frame = Frame::new();
             frame.set_scene(&traced.on_gpu.set, &traced.on_gpu.materials);
-            let volume = (&traced.volume, &traced.volume.maps[0]);
+            let volume = (&traced.volume, traced.volume.lit(1));
             gather(&mut frame, &view.all(&traced.on_gpu), volume, &lookup);
             gpu.submit(frame).unwrap();
             let lattice = &traced.volume.lattice;
@@ -383,12 +403,13 @@ fn bounced_light_is_the_oracles() {
         };
         let mut frame = Frame::new();
         frame.set_scene(&on_gpu.set, &on_gpu.materials);
-        let all = [0, volume.lattice.probe_count()];
+        let half = volume.lattice.probe_count() / 2;
+        let all = [half, half];
         rays.bounce(
             &mut frame,
             &given,
             paths,
-            (volume, &volume.maps[0]),
+            (volume, volume.lit(1)),
             &LOOKUP,
             all,
         );
@@ -396,11 +417,14 @@ fn bounced_light_is_the_oracles() {
         let hits: Vec<[u32; 4]> = texels(&gpu, &rays.hits);
         let found: Vec<[u32; 4]> = texels(&gpu, &rays.light);
         let (mut worst, mut largest) = (0.0f64, 0.0f64);
-        for probe in 0..volume.lattice.probe_count() {
+        for probe in half..2 * half {
             for ray in 0..count {
                 let index = (probe * count + ray) as usize;
                 let [triangle, u, v, _] = hits[index];
-                let found = DVec4::from(found[index].map(|bits| f64::from(f32::from_bits(bits))));
+                let found = DVec4::from(
+                    found[index - (half * count) as usize]
+                        .map(|bits| f64::from(f32::from_bits(bits))),
+                );
                 if triangle == u32::MAX {
                     assert_eq!(found, DVec4::ZERO);
                     continue;
@@ -494,7 +518,7 @@ fn probes_snap_to_the_side_that_is_seen() {
     let moved = |seen: &[(Vec3, Vec3)], probe: u32| {
         let (before, after) = (
             lattice.place(probe),
-            snap(&lattice, seen, 0.15)[probe as usize],
+            snap(&lattice, seen, 0.15, 0.0)[probe as usize],
         );
         assert_eq!(before.truncate(), after.truncate(), "along the wall");
         [before.z, after.z]
@@ -518,7 +542,19 @@ fn probes_snap_to_the_side_that_is_seen() {
     assert_eq!(moved(&seen, middle(4))[1], 4.0);
     let [before, after] = moved(&wall(1.95, -1.0), middle(1));
     assert!((after - before - 0.75).abs() < 1e-5, "{after}");
-    assert_eq!(snap(&lattice, &[], 0.15).len(), 125);
+    // Another plane, a third of a cell off, has no say, nor has one that is turned.
+    let mut near = wall(1.4, 1.0);
+    let further = wall(1.05, -1.0);
+    near.extend(further.iter().chain(&further));
+    assert!((moved(&near, middle(2))[1] - 1.55).abs() < 1e-5);
+    let mut turned = wall(1.4, 1.0);
+    let tilted = |(place, _): (Vec3, Vec3)| (place, Vec3::new(0.6, 0.0, -0.8));
+    turned.extend(wall(1.4, 1.0).into_iter().chain(wall(1.4, 1.0)).map(tilted));
+    assert!((moved(&turned, middle(2))[1] - 1.55).abs() < 1e-5);
+    // Votes go where look-ups go: half a cell off the surface that is the next layer.
+    let off = snap(&lattice, &wall(1.9, 1.0), 0.15, 0.5)[middle(1) as usize];
+    assert_eq!(off, lattice.place(middle(1)));
+    assert_eq!(snap(&lattice, &[], 0.15, 0.0).len(), 125);
 }
 
 /// Paths from the eye come to surfaces alone, and only to sides that can be seen from the air that
@@ -529,13 +565,7 @@ fn explored_places_are_seen_sides_of_surfaces() {
     let scene = bundled("furnace");
     let on_gpu = GpuScene::new(&gpu, &scene).unwrap();
     let rays = SceneRays::new(&gpu, &on_gpu).unwrap();
-    let context = Context {
-        gpu: &gpu,
-        scene: &on_gpu,
-        size: [8, 8],
-        eye: on_gpu.eye,
-    };
-    let (seen, _) = explore(&context, &rays).unwrap();
+    let (seen, _) = explore(&gpu, &on_gpu, &rays).unwrap();
     assert_eq!(seen.len(), 4 << 16, "nothing leaves a closed box");
     let (low, high) = on_gpu.bounds;
     let middle = 0.5 * (low + high);
@@ -546,6 +576,52 @@ fn explored_places_are_seen_sides_of_surfaces() {
             normal.dot(middle - *place) > 0.0,
             "{place} is seen from outside"
         );
+    }
+}
+
+/// Where paths leave the scene they end.
+#[test]
+fn explored_paths_end_outside() {
+    let gpu = gpu();
+    let scene = bundled("cornell");
+    let mut open = scene.clone();
+    open.triangles.truncate(8);
+    let on_gpu = GpuScene::new(&gpu, &open).unwrap();
+    let rays = SceneRays::new(&gpu, &on_gpu).unwrap();
+    let (seen, _) = explore(&gpu, &on_gpu, &rays).unwrap();
+    assert!((1..4 << 16).contains(&seen.len()), "{} places", seen.len());
+    let (low, high) = on_gpu.bounds;
+    for (place, normal) in &seen {
+        assert!(place.cmpge(low - 1e-3).all() && place.cmple(high + 1e-3).all());
+        assert!((normal.length() - 1.0).abs() < 1e-4);
+    }
+}
+
+/// A closed room of albedo ½ has L_e (1 + ½ + … ½ᵏ⁻¹) of k bounces, whichever maps they end in.
+#[test]
+fn every_bounce_adds_its_share() {
+    let gpu = gpu();
+    let scene = bundled("furnace");
+    let emitted = scene.materials[0].emission.x;
+    let albedo = scene.materials[0].albedo.x;
+    let entry = &lumivox::gi::probes::irradiance::ENTRY;
+    for bounces in 1..=5 {
+        let pairs = [
+            format!("bounces={bounces}"),
+            "probes=4".into(),
+            "rays=64".into(),
+        ];
+        let settings = entry.settings(None, &pairs).unwrap();
+        let frame = crate::support::technique::frame(16, 16, 16);
+        let (mut renderer, _) = Renderer::new(&gpu, &scene, entry, &settings, frame).unwrap();
+        renderer.render(&scene.camera).unwrap();
+        let all: f32 = (0..bounces).map(|bounce| albedo.powi(bounce)).sum();
+        let expected = std::f32::consts::PI * emitted * all;
+        let light = renderer.indirect_light().unwrap();
+        for found in &light.irradiance.pixels {
+            let off = (found / expected - 1.0).abs().largest();
+            assert!(off < 2e-3, "{bounces} bounces: off by {off}");
+        }
     }
 }
 

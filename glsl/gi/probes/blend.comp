@@ -94,7 +94,9 @@ void main() {
     barrier();
     for (uint i = 0u; i < THREADS; ++i) most = max(most, largest[i]);
     // A power of two, so that twice the light is the same numbers with twice the scale.
-    float scale = exp2(ceil(log2(max(most, 1e-30) / MOST_STORED)));
+    int exponent;
+    frexp(max(most, 1e-30) / MOST_STORED, exponent);
+    float scale = ldexp(1.0, exponent);
     if (thread == 0u) probe_scales[probe] = scale;
     for (uint texel = thread; texel < texel_count; texel += THREADS) {
         ivec2 place = ivec2(texel % edge, texel / edge);

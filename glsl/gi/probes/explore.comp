@@ -20,8 +20,11 @@ layout(push_constant) uniform ExploreParams {
 #include "shared/packing.glsl"
 #include "gi/probes/lattice.glsl"
 
+// How far off a surface a path goes on, as a share of the largest coordinate of its triangle.
+const float OFFSET_SHARE = 2e-6;
+
 void main() {
-    uint path = gl_GlobalInvocationID.x;
+    uint path = gl_GlobalInvocationID.x + gl_WorkGroupID.y * (65535u * 64u);
     if (path >= params.path_count) return;
     vec3 origin = params.eye.xyz, direction = fibonacci(path, params.path_count);
     uint leaves = NO_TRIANGLE;
@@ -39,8 +42,11 @@ void main() {
         vec3 a = position_of(v.x), b = position_of(v.y), c = position_of(v.z);
         vec3 normal = normalize(cross(b - a, c - a));
         if (dot(normal, direction) > 0.0) normal = -normal;
-        origin = a + hit.at.x * (b - a) + hit.at.y * (c - a);
-        seen_places[slot] = uvec4(floatBitsToUint(origin), pack_unit(normal));
+        vec3 at = a + hit.at.x * (b - a) + hit.at.y * (c - a);
+        seen_places[slot] = uvec4(floatBitsToUint(at), pack_unit(normal));
+        // Off the surface, since another may lie in its plane.
+        vec3 largest = max(max(abs(a), abs(b)), abs(c));
+        origin = at + normal * (OFFSET_SHARE * max(largest.x, max(largest.y, largest.z)));
         vec3 random = unit_numbers(pcg3(uvec3(path, place, 2u)));
         direction = hemisphere_direction(frame_around(normal), random.x, 2.0 * PI * random.y);
         leaves = hit.triangle;

@@ -14,12 +14,14 @@ uint probe_at(Lattice lattice, uvec3 place) {
     return place.x + lattice.counts.x * (place.y + lattice.counts.y * place.z);
 }
 
-const float GOLDEN_TURN = 2.399963229728653;
+// The golden angle, in turns of 2³²: whole numbers lose nothing after many rays.
+const uint GOLDEN_TURN = 1640531527u;
 
 // Ray `ray` of `count`: a point of a Fibonacci set, before it is turned.
 vec3 fibonacci(uint ray, uint count) {
     float z = 1.0 - (2.0 * float(ray) + 1.0) / float(count);
-    float phi = GOLDEN_TURN * float(ray), r = sqrt(max(1.0 - z * z, 0.0));
+    float phi = float(GOLDEN_TURN * ray) * 1.4629180792671596e-9;
+    float r = sqrt(max(1.0 - z * z, 0.0));
     return vec3(r * cos(phi), r * sin(phi), z);
 }
 

@@ -6,7 +6,7 @@ layout(local_size_x = 64) in;
 #include "render/bvh/bindings.glsl"
 
 layout(std430, set = 1, binding = 5) restrict readonly buffer ProbePlaces { vec4 probe_places[]; };
-// x: triangle; y, z: where on it; w: distance [m]
+// x: triangle; y, z: where on it; w: distance [m], for tests
 layout(set = 1, binding = 6, rgba32ui) uniform restrict writeonly uimage2D ray_hits;
 
 layout(push_constant) uniform TraceParams {

@@ -1,10 +1,11 @@
 //! Technique `irradiance-probes`: a lattice of probes with octahedral maps of irradiance and of
 //! the distances that they see (Majercik et al. 2019; Luo 2022, section 4.2).
 
+use super::explore::explore;
 use super::lattice::Lattice;
 use super::lookup::{Lookup, gather};
 use super::passes::{BLEND, BOUNCE, EXPLORE, GATHER, LIGHT, MOMENTS, TRACE};
-use super::rays::{ProbeRays, explore};
+use super::rays::ProbeRays;
 use super::settings::{PRESETS, RULES, SETTINGS};
 use super::snap::snap;
 use super::volume::Volume;
@@ -45,7 +46,12 @@ fn make(_context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique
             .is("placement", "snap")
             .then(|| settings.number("snap_distance")),
         rays: settings.count("rays"),
-        texels: ["irradiance_texels", "moment_texels"].map(|name| settings.count(name)),
+        texels: (
+            settings.count("irradiance_texels"),
+            settings
+                .is("visibility", "moments")
+                .then(|| settings.count("moment_texels")),
+        ),
         uses_maps: settings.is("hit_light", "maps"),
         bounces: settings.count("bounces"),
         lookup: Lookup::new(settings),
@@ -65,20 +71,37 @@ struct IrradianceProbes {
     /// How far off surfaces probes are put (cells); `None`: they stay on the lattice.
     snap_distance: Option<f32>,
     rays: u32,
-    texels: [u32; 2],
+    /// Edges of maps of irradiance and, where look-ups ask for them, of distances (texels).
+    texels: (u32, Option<u32>),
     uses_maps: bool,
     bounces: u32,
     lookup: Lookup,
     built: Option<Built>,
 }
 
-impl Built {
-    /// What all probes see.
-    fn trace(&self, context: &Context<'_>) -> Result<FrameStats, Error> {
+impl IrradianceProbes {
+    /// Puts the probes where the scene needs them as it is, and finds out what they see.
+    fn place(
+        &self,
+        &Context { gpu, scene, .. }: &Context<'_>,
+        built: &Built,
+    ) -> Result<FrameStats, Error> {
+        let (lattice, triangles) = (&built.volume.lattice, &built.scene.rays);
+        let mut stats = FrameStats::default();
+        let places = match self.snap_distance {
+            Some(distance) => {
+                let (seen, explored) = explore(gpu, scene, triangles)?;
+                stats.append(explored);
+                snap(lattice, &seen, distance, self.lookup.normal_bias)
+            }
+            None => lattice.places().collect(),
+        };
+        built.volume.put(gpu, &places)?;
         let mut frame = Frame::new();
-        frame.set_scene(&context.scene.set, &context.scene.materials);
-        self.rays.trace(&mut frame, &self.scene.rays, &self.volume);
-        context.gpu.submit(frame)
+        frame.set_scene(&scene.set, &scene.materials);
+        built.rays.trace(&mut frame, triangles, &built.volume);
+        stats.append(gpu.submit(frame)?);
+        Ok(stats)
     }
 }
 
@@ -98,34 +121,27 @@ impl Technique for IrradianceProbes {
         self.built = None;
         let &Context { gpu, scene, .. } = context;
         let (own, mut stats) = PathScene::build(gpu, scene)?;
-        let lattice = Lattice::within(scene.bounds, self.probes, self.outer_layer);
-        let map_count = self.bounces.min(3);
-        let places = match self.snap_distance {
-            Some(distance) => {
-                let (seen, explored) = explore(context, &own.rays)?;
-                stats.append(explored);
-                snap(&lattice, &seen, distance)
-            }
-            None => (0..lattice.probe_count())
-                .map(|probe| lattice.place(probe))
-                .collect(),
-        };
+        let lattice = Lattice::within(scene.lit_bounds(), self.probes, self.outer_layer);
         let built = Built {
             scene: own,
-            volume: Volume::new(gpu, lattice, &places, self.texels, map_count)?,
+            volume: Volume::new(gpu, lattice, self.texels, self.bounces)?,
             rays: ProbeRays::new(gpu, lattice.probe_count(), self.rays)?,
         };
-        stats.append(built.trace(context)?);
+        stats.append(self.place(context, &built)?);
         self.built = Some(built);
         Ok(stats)
     }
 
     fn follow(&mut self, context: &Context<'_>, change: Change) -> Result<FrameStats, Error> {
-        let (Change::Models, Some(built)) = (change, &mut self.built) else {
+        if change != Change::Models {
             return Ok(FrameStats::default());
+        }
+        let Some(mut built) = self.built.take() else {
+            return self.build(context);
         };
         let mut stats = built.scene.follow(context.gpu, context.scene)?;
-        stats.append(built.trace(context)?);
+        stats.append(self.place(context, &built)?);
+        self.built = Some(built);
         Ok(stats)
     }
 
@@ -140,9 +156,7 @@ impl Technique for IrradianceProbes {
 
     fn gather(&mut self, frame: &mut Frame, _given: &Inputs<'_>, receivers: &Receivers<'_>) {
         let Some(built) = &self.built else { return };
-        let Some(maps) = built.volume.lit(self.bounces) else {
-            return;
-        };
+        let maps = built.volume.lit(self.bounces);
         gather(frame, receivers, (&built.volume, maps), &self.lookup);
     }
 }

@@ -49,6 +49,11 @@ impl Lattice {
         self.first + self.spacing * at.as_vec3()
     }
 
+    /// Where all probes stand (m), in order.
+    pub fn places(&self) -> impl Iterator<Item = Vec3> {
+        (0..self.probe_count()).map(|probe| self.place(probe))
+    }
+
     /// The eight probes around a place (m), or around the nearest place inside.
     pub fn cage(&self, place: Vec3) -> [u32; 8] {
         let last = (self.counts - 1).as_vec3();

@@ -34,7 +34,7 @@ pub fn direction_of(place: DVec2, edge: u32) -> DVec3 {
 /// Ray `ray` of `count`, before it is turned: a point of a Fibonacci set.
 pub fn fibonacci(ray: u32, count: u32) -> DVec3 {
     let z = 1.0 - (2.0 * f64::from(ray) + 1.0) / f64::from(count);
-    let phi = PI * (3.0 - 5f64.sqrt()) * f64::from(ray);
+    let phi = TAU / 2f64.powi(32) * f64::from(ray.wrapping_mul(1_640_531_527));
     let r = (1.0 - z * z).max(0.0).sqrt();
     DVec3::new(r * phi.cos(), r * phi.sin(), z)
 }

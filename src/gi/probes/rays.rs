@@ -2,23 +2,16 @@
 
 use std::sync::Arc;
 
-use glam::{DVec2, Vec3};
-
 use super::lookup::Lookup;
-use super::oracle;
 use super::passes::{
-    BLEND, BOUNCE, BlendParams, BounceParams, EXPLORE, ExploreParams, LIGHT, MOMENTS, MomentParams,
-    RayLightParams, TRACE, TraceParams,
+    BLEND, BOUNCE, BlendParams, BounceParams, LIGHT, MOMENTS, MomentParams, RayLightParams, TRACE,
+    TraceParams,
 };
-use super::snap::Seen;
 use super::volume::{Maps, Volume};
+use crate::gi::Inputs;
 use crate::gi::shared::paths::PathScene;
-use crate::gi::{Context, Inputs};
 use crate::graph::compute::linear_groups;
-use crate::graph::{
-    BufferDesc, BufferUsage, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind,
-    ImageUsage, Owner, vk,
-};
+use crate::graph::{Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Owner, vk};
 use crate::render::bvh::SceneRays;
 
 /// Rays in a row of the images (`gi/probes/lattice.glsl`).
@@ -56,54 +49,10 @@ fn ray_image(gpu: &Gpu, name: &str, rays: u64, format: vk::Format) -> Result<Arc
     })
 }
 
-/// Paths from the eye, and places of each.
-const PATHS: [u32; 2] = [1 << 16, 4];
-
-/// Places on surfaces that light paths from the eye come to, and what finding them cost.
-pub fn explore(
-    &Context {
-        gpu, scene, eye, ..
-    }: &Context<'_>,
-    triangles: &SceneRays,
-) -> Result<(Vec<Seen>, FrameStats), Error> {
-    let [path_count, place_count] = PATHS;
-    let places = gpu.create_buffer(&BufferDesc {
-        name: "probes.seen_places".into(),
-        size_bytes: 16 * u64::from(path_count * place_count),
-        usage: BufferUsage::Storage,
-        owner: Owner::Store,
-    })?;
-    let mut frame = Frame::new();
-    frame.set_scene(&scene.set, &scene.materials);
-    triangles
-        .bind(frame.pass(&EXPLORE))
-        .bind("seen_places", &places)
-        .push(&ExploreParams {
-            eye: eye.extend(0.0).to_array(),
-            path_count,
-            place_count,
-        })
-        .dispatch(linear_groups(path_count));
-    let stats = gpu.submit(frame)?;
-    let rows: Vec<[u32; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&places)?);
-    let seen = |[x, y, z, normal]: [u32; 4]| {
-        let place = Vec3::from([x, y, z].map(f32::from_bits));
-        place.is_finite().then(|| (place, unpack_unit(normal)))
-    };
-    Ok((rows.into_iter().filter_map(seen).collect(), stats))
-}
-
-/// A unit vector of 2×16 bits (`shared/packing.glsl`).
-fn unpack_unit(packed: u32) -> Vec3 {
-    let part = |bits: u32| (f32::from(bits as u16 as i16) / 32767.0).max(-1.0);
-    let p = DVec2::new(part(packed).into(), part(packed >> 16).into());
-    oracle::direction(p).as_vec3()
-}
-
 impl ProbeRays {
     /// Makes room for `count` rays of each of `probe_count` probes.
     pub fn new(gpu: &Gpu, probe_count: u32, count: u32) -> Result<Self, Error> {
-        let at_a_time = (RAYS_AT_A_TIME / count).clamp(1, probe_count.max(1));
+        let at_a_time = (RAYS_AT_A_TIME / count.max(1)).clamp(1, probe_count.max(1));
         let rays = |probes: u32| u64::from(probes) * u64::from(count);
         Ok(ProbeRays {
             count,
@@ -136,6 +85,9 @@ impl ProbeRays {
                 all,
             })
             .dispatch(linear_groups(all));
+        if !volume.has_moments {
+            return;
+        }
         let texels = probe_count * volume.moment_texels * volume.moment_texels;
         let cell_m = volume.lattice.cell();
         triangles
@@ -162,7 +114,7 @@ impl ProbeRays {
         volume: &Volume,
         (lookup, bounces, uses_maps): (&Lookup, u32, bool),
     ) {
-        let Some(first) = volume.lit(1) else { return };
+        let first = volume.lit(1);
         self.each_part(volume, |probes| {
             let [first_ray, all] = probes.map(|probes| probes * self.count);
             scene
@@ -179,9 +131,7 @@ impl ProbeRays {
         });
         let mut last = first;
         for bounce in 2..=bounces {
-            let Some(next) = volume.lit(bounce) else {
-                return;
-            };
+            let next = volume.lit(bounce);
             self.each_part(volume, |probes| {
                 self.bounce(frame, given, scene, (volume, last), lookup, probes);
                 self.blend(frame, volume, probes, [first, next], true);

@@ -15,12 +15,13 @@ const SAME_COSINE: f32 = 0.98;
 const SAME_OFFSET: f32 = 0.1;
 
 /// Puts each probe `distance` (cells) off the plane of the seen place nearest to it, on the side
-/// that most of the places around it on this plane are seen from. A probe that no place looks up
-/// stays.
-pub fn snap(lattice: &Lattice, seen: &[Seen], distance: f32) -> Vec<Vec3> {
+/// that most of the places around it on this plane are seen from. A probe that no place looks up,
+/// `normal_bias` (cells) off its surface, stays.
+pub fn snap(lattice: &Lattice, seen: &[Seen], distance: f32, normal_bias: f32) -> Vec<Vec3> {
     let mut around: Vec<Vec<u32>> = vec![Vec::new(); lattice.probe_count() as usize];
-    for (index, (place, _)) in (0..).zip(seen) {
-        for probe in lattice.cage(*place) {
+    let bias = normal_bias * lattice.cell();
+    for (index, (place, normal)) in (0..).zip(seen) {
+        for probe in lattice.cage(*place + bias * *normal) {
             around[probe as usize].push(index);
         }
     }

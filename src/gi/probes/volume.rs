@@ -29,10 +29,15 @@ pub struct Volume {
     pub moment_texels: u32,
     /// xyz of each probe: where it stands (m).
     pub places: Arc<Buffer>,
-    /// RG16F: mean and mean square of the distance that a probe sees (cells).
+    /// RG16F: mean and mean square of the distance that a probe sees (cells); one map that nobody
+    /// reads where `has_moments` is false.
     pub moments: Arc<Image>,
-    /// After one bounce; further ones go from one to the other of the rest.
-    pub maps: Vec<Maps>,
+    /// Whether look-ups ask for distances.
+    pub has_moments: bool,
+    /// After one bounce.
+    first: Maps,
+    /// After two bounces or more, one and the other in turn.
+    further: Vec<Maps>,
 }
 
 /// An image of maps.
@@ -64,13 +69,13 @@ fn buffer(gpu: &Gpu, name: &str, size_bytes: u64) -> Result<Arc<Buffer>, Error> 
 }
 
 impl Volume {
-    /// Makes room, for one set of maps or more, for probes that stand at `places` (m).
+    /// Makes room for the light of so many bounces, and of distances where there are texels for
+    /// them. Where probes stand is [`Volume::put`] next.
     pub fn new(
         gpu: &Gpu,
         lattice: Lattice,
-        places: &[Vec3],
-        [irradiance_texels, moment_texels]: [u32; 2],
-        map_count: u32,
+        (irradiance_texels, moment_texels): (u32, Option<u32>),
+        bounces: u32,
     ) -> Result<Self, Error> {
         let count = lattice.probe_count();
         let columns = f64::from(count).sqrt().ceil() as u32;
@@ -82,32 +87,41 @@ impl Volume {
                 scales: buffer(gpu, &format!("probes.scales{index}"), 4 * u64::from(count))?,
             })
         };
-        let rows: Vec<Vec4> = places.iter().map(|place| place.extend(0.0)).collect();
-        let volume = Volume {
+        Ok(Volume {
             lattice,
             columns,
             irradiance_texels,
-            moment_texels,
+            moment_texels: moment_texels.unwrap_or(1),
             places: buffer(gpu, "probes.places", 16 * u64::from(count))?,
             moments: atlas(
                 gpu,
                 "probes.moments",
-                layout,
-                (moment_texels, vk::Format::R16G16_SFLOAT),
+                if moment_texels.is_some() {
+                    layout
+                } else {
+                    [1, 1]
+                },
+                (moment_texels.unwrap_or(1), vk::Format::R16G16_SFLOAT),
             )?,
-            maps: (0..map_count).map(maps).collect::<Result<_, Error>>()?,
-        };
-        gpu.upload_buffer(&volume.places, bytemuck::cast_slice(&rows))?;
-        Ok(volume)
+            has_moments: moment_texels.is_some(),
+            first: maps(0)?,
+            further: (1..bounces.min(3))
+                .map(maps)
+                .collect::<Result<_, Error>>()?,
+        })
     }
 
-    /// The maps that have the light of so many bounces.
-    pub fn lit(&self, bounces: u32) -> Option<&Maps> {
-        let place = if bounces < 2 {
-            0
-        } else {
-            1 + bounces as usize % 2
-        };
-        self.maps.get(place.min(self.maps.len().saturating_sub(1)))
+    /// Puts the probes at these places (m).
+    pub fn put(&self, gpu: &Gpu, places: &[Vec3]) -> Result<(), Error> {
+        let rows: Vec<Vec4> = places.iter().map(|place| place.extend(0.0)).collect();
+        gpu.upload_buffer(&self.places, bytemuck::cast_slice(&rows))
+    }
+
+    /// The maps that have the light of so many bounces, of those that it was made for.
+    pub fn lit(&self, bounces: u32) -> &Maps {
+        match bounces {
+            0 | 1 => &self.first,
+            more => &self.further[more as usize % self.further.len()],
+        }
     }
 }

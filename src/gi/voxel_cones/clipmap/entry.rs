@@ -121,7 +121,7 @@ pub static ENTRY: Entry = Entry {
     substitutions: &[SUBSTITUTIONS, voxel::SUBSTITUTIONS],
     ..entry(
         "clipmap",
-        "nested voxel grids around the camera, cone-traced",
+        "nested voxel grids around the camera, traced by exact rays or by cones",
         make,
     )
 };

@@ -76,7 +76,11 @@ pub static ENTRY: Entry = Entry {
     directions: &directions(&CONES, &RAYS),
     substitutions: &[SUBSTITUTIONS, voxel::SUBSTITUTIONS],
     suit: suit::suit,
-    ..entry("voxel-mips", "dense voxel mips, cone-traced", make)
+    ..entry(
+        "voxel-mips",
+        "dense voxels with mips, traced by exact rays or by cones",
+        make,
+    )
 };
 
 fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {

@@ -209,7 +209,11 @@ pub static ENTRY: Entry = Entry {
     directions: &directions(&CONES, &RAYS),
     substitutions: &[SUBSTITUTIONS, voxel::SUBSTITUTIONS],
     suit: suit::suit,
-    ..entry("svo", "sparse voxel octree with bricks, cone-traced", make)
+    ..entry(
+        "svo",
+        "sparse voxel octree, traced by exact rays or by cones",
+        make,
+    )
 };
 
 /// Whether the settings are possible together.
