@@ -535,13 +535,14 @@ fn static_scenes_pay_nothing() {
         (small_room(Surfaces::Emissive, vec![light]), false),
         (moving_room(Surfaces::Emissive, light), true),
     ] {
-        // Rays through triangles have no voxels.
+        // Paths and probes have no voxels.
         // A clipmap voxelizes whatever comes into its windows, static or not, and keeps what it
         // needs for that; an octree with faces is made anew.
         let follows = |case: &&Case| {
             let others = [
                 "none",
                 "ray-traced",
+                "irradiance-probes",
                 "clipmap",
                 "lpv",
                 "lpv-cascaded",

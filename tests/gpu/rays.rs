@@ -1,7 +1,10 @@
 //! Rays against triangles on the device, against those of the reference.
 
 use glam::Vec3;
+use lumivox::frame::Renderer;
+use lumivox::gi::ray_traced;
 use lumivox::graph::{Frame, Gpu, GpuOptions};
+use lumivox::image::luminance;
 use lumivox::render::GpuScene;
 use lumivox::render::bvh::SceneRays;
 use lumivox::render::bvh::oracle::{OracleHit, OracleRay, RayOracle};
@@ -10,7 +13,8 @@ use rayon::prelude::*;
 
 use crate::support::passes::RAYS;
 use crate::support::scenes::{add_model, bundled, lump, random_pose, scene_of, soup, still};
-use crate::support::{Missing, Random, own_gpu, skipped, words};
+use crate::support::technique::frame;
+use crate::support::{Missing, Random, gpu, own_gpu, skipped, words};
 
 /// Barycentric coordinates of a ray along a triangle are rounded by so much.
 const EDGE: f32 = 1e-4;
@@ -391,4 +395,60 @@ fn a_wrong_hit_is_found() {
     let mut missed = right.clone();
     missed[hit] = None;
     assert_eq!(compare((scene, &oracle), &rays, &missed).device_passes, 1);
+}
+
+/// Diffuse light (luminance) of two frames by `ray-traced`, each with other directions.
+fn two_frames(gpu: &Gpu, name: &str, hit_roughness: &str) -> [Vec<f32>; 2] {
+    let scene = bundled(name);
+    let pairs = [
+        "rays=4",
+        "interleave=1",
+        "history=1",
+        "specular=off",
+        &format!("hit_roughness={hit_roughness}"),
+    ];
+    let settings = ray_traced::ENTRY.settings(None, &pairs).unwrap();
+    let size = frame(96, 54, 64);
+    let (mut renderer, _) =
+        Renderer::new(gpu, &scene, &ray_traced::ENTRY, &settings, size).unwrap();
+    [(); 2].map(|()| {
+        renderer.render(&scene.camera).unwrap();
+        let light = renderer.indirect_light().unwrap();
+        light
+            .irradiance
+            .pixels
+            .iter()
+            .map(|pixel| luminance(*pixel))
+            .collect()
+    })
+}
+
+/// Rougher hits bring the same light with less noise, and are what they are in scenes without
+/// lobes.
+#[test]
+fn rougher_hits_have_less_noise() {
+    let gpu = gpu();
+    let [polished, rough] = ["0", "0.3"].map(|roughness| two_frames(&gpu, "glossy", roughness));
+    let noise = |[one, other]: &[Vec<f32>; 2]| {
+        let squares = one.iter().zip(other).map(|(a, b)| f64::from(a - b).powi(2));
+        squares.sum::<f64>()
+    };
+    let [from, to] = [&polished, &rough].map(noise);
+    assert!(
+        from.is_finite() && to < 0.2 * from,
+        "noise² of {from} became {to}"
+    );
+    let [before, after] = [&polished, &rough].map(|frames| {
+        frames
+            .iter()
+            .flatten()
+            .map(|light| f64::from(*light))
+            .sum::<f64>()
+    });
+    assert!(
+        (after / before - 1.0).abs() < 0.05,
+        "{before} became {after}"
+    );
+    let diffuse = ["0", "0.3"].map(|roughness| two_frames(&gpu, "cornell", roughness));
+    assert_eq!(diffuse[0], diffuse[1], "a scene without lobes");
 }

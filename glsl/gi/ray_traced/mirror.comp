@@ -40,7 +40,8 @@ void main() {
         vec2 random = fract(offset + float(i) * vec2(0.7548776662466927, 0.5698402909980532));
         bool escaped;
         uint n = frame.walk.x * params.ray_count + i;
-        sum += light_along(start, lobe_direction(start, random), pixel, n, params.bounces, escaped);
+        sum += light_along(start, lobe_direction(start, random), pixel, n, params.bounces, 0.0,
+            escaped);
     }
     vec3 before =
         params.first_ray == 0u ? vec3(0.0) : imageLoad(indirect_specular, pixel).rgb;

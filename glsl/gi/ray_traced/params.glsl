@@ -7,4 +7,5 @@ layout(push_constant) uniform PathParams {
     uint end_ray;
     uint pattern;          // of a tile of pixels, each of which has directions of its own
     uint bounces;
+    float hit_roughness;   // least width of lobes at what diffuse light comes from
 } params;

@@ -144,6 +144,7 @@ impl RayTraced {
             end_ray,
             pattern: pattern.bits(),
             bounces: self.settings.bounces,
+            hit_roughness: self.settings.hit_roughness,
         }
     }
 }

@@ -23,6 +23,8 @@ gpu_struct! {
         pub pattern: u32,
         /// Indirect bounces.
         pub bounces: u32,
+        /// Least roughness of what the rays of a diffuse surface hit.
+        pub hit_roughness: f32,
     }
 }
 

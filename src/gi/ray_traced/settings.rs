@@ -42,6 +42,14 @@ pub(super) const SETTINGS: &[Setting] = &[
         default: "rays",
     },
     Setting {
+        name: "hit_roughness",
+        help: "surfaces that the rays of a diffuse one hit are at least as rough: less noise of \
+               what mirrors a lamp, and wider spots of its light",
+        unit: "",
+        domain: Domain::Number { min: 0.0, max: 1.0 },
+        default: "0",
+    },
+    Setting {
         name: "cache",
         help: "what the last place of a path reflects of the lights: none (they are asked, as \
                hit_light says) or voxels (what the voxel there has of them, diffusely)",
@@ -93,7 +101,7 @@ pub(super) const PRESETS: &[Preset] = &[
 
 /// In which group settings are, and when they have an effect.
 pub(super) const RULES: &[Rule] = &[
-    Rule::always(Group::Light, &["hit_light", "cache"]),
+    Rule::always(Group::Light, &["hit_light", "hit_roughness", "cache"]),
     Rule {
         group: Group::Light,
         settings: &["cache_resolution"],
@@ -126,6 +134,7 @@ pub(super) struct RaySettings {
     /// None: nothing is mirrored.
     pub(super) mirror_rays: Option<u32>,
     pub(super) bounces: u32,
+    pub(super) hit_roughness: f32,
     pub(super) uses_maps: bool,
     /// Voxels of the cache along the largest extent of the scene; none: there is no cache.
     pub(super) cache_resolution: Option<u32>,
@@ -141,6 +150,7 @@ impl RaySettings {
                 .is("specular", "on")
                 .then(|| settings.count("mirror_rays")),
             bounces: settings.count("bounces"),
+            hit_roughness: settings.number("hit_roughness"),
             uses_maps: settings.is("hit_light", "maps"),
             cache_resolution: settings
                 .is("cache", "voxels")

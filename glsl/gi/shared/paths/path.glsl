@@ -112,9 +112,10 @@ vec3 numbers_for(ivec2 pixel, uint n, uint place, uint purpose) {
 
 // What a path brings to its first place, reflected there: emission, then what is reflected up to
 // `bounces` times. The first place draws `first` in place of a direction of its own. `escaped` is
-// whether that met nothing.
-vec3 light_along(
-    PathVertex v, vec3 first, ivec2 pixel, uint n, uint bounces, out bool escaped) {
+// whether that met nothing. Lobes of later places are at least `least_roughness` wide (Kaplanyan &
+// Dachsbacher 2013).
+vec3 light_along(PathVertex v, vec3 first, ivec2 pixel, uint n, uint bounces,
+    float least_roughness, out bool escaped) {
     vec3 throughput = vec3(1.0), radiance = vec3(0.0);
     escaped = false;
     for (uint place = 0u; place <= bounces; ++place) {
@@ -142,6 +143,7 @@ vec3 light_along(
         }
         vec3 origin = v.origin;
         v = vertex_at(hit.triangle, hit.at, -direction);
+        if (v.roughness >= 0.0) v.roughness = max(v.roughness, least_roughness);
         if (EMITTERS != 0u) {
             if (v.emission != vec3(0.0))
                 radiance += throughput * v.emission
