@@ -6,9 +6,9 @@ use std::f64::consts::PI;
 use crate::lpv::read_light;
 use crate::support::compare::{Largest, Worst};
 use crate::support::scenes::bundled;
-use crate::support::technique::block_errors;
+use crate::support::technique::{block_errors, shared_scene};
 use crate::support::{Random, ValidatedGpu, gpu, read_words};
-use crate::techniques_analytic::{cornell, reference};
+use crate::techniques_analytic::reference;
 use glam::{DVec3, DVec4, IVec3, Vec3};
 use lumivox::gi::lpv::cascaded::{self, CascadedLpv, Layout};
 use lumivox::gi::lpv::faces::Side;
@@ -398,7 +398,10 @@ const INSIDE: [(&str, u32, [f64; 2]); 4] = [
 #[test]
 fn fine_grids_have_the_stated_errors_and_no_seam() {
     let gpu = gpu();
-    let scene = cornell(None);
+    // What is stated is of this scene.
+    let Some(scene) = shared_scene("cornell_point.toml") else {
+        return;
+    };
     let reference = reference();
     let guide = &reference.guide;
     for (source, resolution, stated) in INSIDE {
