@@ -27,7 +27,7 @@ layout(push_constant) uniform BlendParams {
 
 #include "shared/frame.glsl"
 #include "gi/probes/atlas.glsl"
-#include "gi/probes/lattice.glsl"
+#include "gi/probes/rays.glsl"
 
 // Of what half floats hold: the largest number that a probe stores.
 const float MOST_STORED = 1024.0;

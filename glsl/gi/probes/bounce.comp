@@ -9,14 +9,10 @@ layout(local_size_x = 64) in;
 layout(set = 1, binding = 9) uniform utexture2D ray_hits;
 layout(set = 1, binding = 10, rgba32f) uniform restrict writeonly image2D ray_light;
 
+#include "gi/probes/lookup_row.glsl"
+
 layout(push_constant) uniform BounceParams {
-    vec4 first;
-    vec4 spacing;
-    uvec4 counts;
-    uint columns;
-    float normal_bias_m;
-    float weight_floor;
-    float crush;
+    LookupRow lookup;
     uint ray_count;    // of a probe
     uint first_ray;    // of the probes that are lit
     uint all;          // their rays
@@ -26,6 +22,7 @@ layout(push_constant) uniform BounceParams {
 #define LOOKUP_BINDING 11
 #define LOOKUP_CONSTANT 6
 #include "gi/probes/lookup.glsl"
+#include "gi/probes/rays.glsl"
 
 void main() {
     uint group = gl_WorkGroupID.x + gl_WorkGroupID.y * 65535u;

@@ -18,7 +18,7 @@ layout(push_constant) uniform ExploreParams {
 #include "render/bvh/traverse.glsl"
 #include "shared/directions.glsl"
 #include "shared/packing.glsl"
-#include "gi/probes/lattice.glsl"
+#include "gi/probes/rays.glsl"
 
 // How far off a surface a path goes on, as a share of the largest coordinate of its triangle.
 const float OFFSET_SHARE = 2e-6;

@@ -8,14 +8,10 @@ layout(set = 1, binding = 0) uniform texture2D view_depth;
 layout(set = 1, binding = 1) uniform utexture2D normals;
 layout(set = 1, binding = 2, rgba32f) uniform restrict writeonly image2D indirect_diffuse;
 
+#include "gi/probes/lookup_row.glsl"
+
 layout(push_constant) uniform LookupParams {
-    vec4 first;
-    vec4 spacing;
-    uvec4 counts;
-    uint columns;
-    float normal_bias_m;
-    float weight_floor;
-    float crush;
+    LookupRow lookup;
 } params;
 
 #include "shared/receiver.glsl"

@@ -16,7 +16,7 @@ layout(push_constant) uniform RayLightParams {
 } params;
 
 #include "gi/shared/paths/path.glsl"
-#include "gi/probes/lattice.glsl"
+#include "gi/probes/rays.glsl"
 
 void main() {
     uint group = gl_WorkGroupID.x + gl_WorkGroupID.y * 65535u;

@@ -1,11 +1,9 @@
 // The light of a surface from the probes around it (Majercik et al. 2019; docs/gi/probes.md). The
-// including pass declares `params` with the lattice and how it is looked up, LOOKUP_BINDING and
-// LOOKUP_CONSTANT.
+// including pass declares `params` with a LookupRow `lookup`, LOOKUP_BINDING and LOOKUP_CONSTANT.
 #ifndef LUMIVOX_PROBES_LOOKUP
 #define LUMIVOX_PROBES_LOOKUP
 
 #include "gi/probes/atlas.glsl"
-#include "gi/probes/lattice.glsl"
 
 layout(constant_id = LOOKUP_CONSTANT) const uint IRRADIANCE_TEXELS = 8;
 layout(constant_id = LOOKUP_CONSTANT + 1) const uint MOMENT_TEXELS = 16;
@@ -23,9 +21,14 @@ layout(std430, set = 1, binding = LOOKUP_BINDING + 1) restrict readonly buffer P
 layout(set = 1, binding = LOOKUP_BINDING + 2) uniform texture2D probe_irradiance;
 layout(set = 1, binding = LOOKUP_BINDING + 3) uniform texture2D probe_moments;
 
+uint probe_at(uvec3 place) {
+    uvec3 counts = params.lookup.counts.xyz;
+    return place.x + counts.x * (place.y + counts.y * place.z);
+}
+
 vec4 map_at(texture2D image, uint probe, uint edge, vec3 direction) {
     vec2 size = vec2(textureSize(sampler2D(image, linear_clamp), 0));
-    vec2 place = place_in_map(map_of(probe, params.columns, edge), edge, direction);
+    vec2 place = place_in_map(map_of(probe, params.lookup.columns, edge), edge, direction);
     return textureLod(sampler2D(image, linear_clamp), place / size, 0.0);
 }
 
@@ -48,26 +51,27 @@ float weight_of_probe(uint probe, vec3 position, vec3 moved, vec3 normal) {
         vec3 seen = moved - place;
         float distance = length(seen);
         vec2 moments = map_at(probe_moments, probe, MOMENT_TEXELS, seen / max(distance, 1e-30)).rg;
-        weight *= max(chebyshev(moments, distance / params.spacing.w), params.weight_floor);
+        float share = chebyshev(moments, distance / params.lookup.spacing.w);
+        weight *= max(share, params.lookup.weight_floor);
     }
     // Small weights are made smaller still, and go to 0 smoothly.
-    float crush = params.crush;
+    float crush = params.lookup.crush;
     return weight < crush ? weight * weight * weight / (crush * crush) : weight;
 }
 
 // Irradiance [W/m²], and in alpha the ambient visibility.
 vec4 light_of_probes(vec3 position, vec3 geometric_normal, vec3 shading_normal) {
-    Lattice lattice = Lattice(params.first, params.spacing, params.counts);
-    vec3 moved = position + params.normal_bias_m * geometric_normal;
-    vec3 last = vec3(lattice.counts.xyz) - 1.0;
-    vec3 place = clamp((moved - lattice.first.xyz) / lattice.spacing.xyz, vec3(0.0), last);
+    LookupRow row = params.lookup;
+    vec3 moved = position + row.normal_bias_m * geometric_normal;
+    vec3 last = vec3(row.counts.xyz) - 1.0;
+    vec3 place = clamp((moved - row.first.xyz) / row.spacing.xyz, vec3(0.0), last);
     uvec3 cell = uvec3(min(floor(place), last - 1.0));
     vec3 between = place - vec3(cell);
     vec4 sum = vec4(0.0);
     float weights = 0.0;
     for (uint corner = 0u; corner < 8u; ++corner) {
         uvec3 step = uvec3(corner, corner >> 1, corner >> 2) & 1u;
-        uint probe = probe_at(lattice, cell + step);
+        uint probe = probe_at(cell + step);
         vec3 t = max(mix(1.0 - between, between, vec3(step)), 1e-3);
         float weight = t.x * t.y * t.z
             * weight_of_probe(probe, position, moved, geometric_normal);

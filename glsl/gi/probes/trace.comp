@@ -15,7 +15,7 @@ layout(push_constant) uniform TraceParams {
 } params;
 
 #include "render/bvh/traverse.glsl"
-#include "gi/probes/lattice.glsl"
+#include "gi/probes/rays.glsl"
 
 void main() {
     uint group = gl_WorkGroupID.x + gl_WorkGroupID.y * 65535u;

@@ -4,7 +4,7 @@
 use super::explore::explore;
 use super::lattice::Lattice;
 use super::lookup::{Lookup, gather};
-use super::passes::{BLEND, BOUNCE, EXPLORE, GATHER, LIGHT, MOMENTS, TRACE};
+use super::passes::{BLEND, BOUNCE, EXPLORE, GATHER, LIGHT, LookupRow, MOMENTS, TRACE};
 use super::rays::ProbeRays;
 use super::settings::{PRESETS, RULES, SETTINGS};
 use super::snap::snap;
@@ -14,6 +14,7 @@ use crate::gi::shared::paths::{self, PathScene};
 use crate::gi::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu};
 use crate::render::Receivers;
+use crate::shader::GpuStruct;
 
 /// The row of the registry.
 pub static ENTRY: Entry = Entry {
@@ -22,7 +23,7 @@ pub static ENTRY: Entry = Entry {
     rules: &[RULES],
     presets: PRESETS,
     passes: &[&[&EXPLORE, &TRACE, &MOMENTS, &LIGHT, &BOUNCE, &BLEND, &GATHER]],
-    structs: &[paths::STRUCTS],
+    structs: &[paths::STRUCTS, &[("LookupRow", LookupRow::FIELDS)]],
     stages: &[
         &Stage::store("hierarchy", paths::HOST_PASSES),
         &Stage::store("placement", &["probes.explore"]),

@@ -1,6 +1,6 @@
 //! How surfaces look probes up.
 
-use super::passes::{GATHER, LookupParams};
+use super::passes::{GATHER, LookupParams, LookupRow};
 use super::volume::{Maps, Volume};
 use crate::gi::Settings;
 use crate::graph::{Access, Binding, Frame, PassBuilder};
@@ -49,9 +49,9 @@ impl Lookup {
     }
 
     /// For a volume.
-    pub(super) fn params(&self, volume: &Volume) -> LookupParams {
+    pub(super) fn row(&self, volume: &Volume) -> LookupRow {
         let (lattice, cell) = (&volume.lattice, volume.lattice.cell());
-        LookupParams {
+        LookupRow {
             first: lattice.first.extend(0.0).to_array(),
             spacing: lattice.spacing.extend(cell).to_array(),
             counts: lattice.counts.extend(0).to_array(),
@@ -93,7 +93,9 @@ pub fn gather(
         .bind("indirect_diffuse", receivers.light);
     lookup
         .bind(pass, volume, maps)
-        .push(&lookup.params(volume))
+        .push(&LookupParams {
+            lookup: lookup.row(volume),
+        })
         .dispatch(receivers.groups());
 }
 

@@ -9,6 +9,26 @@ use crate::render::bvh;
 use crate::shader::GpuStruct;
 
 gpu_struct! {
+    /// How places look probes up (`gi/probes/lookup_row.glsl`).
+    pub struct LookupRow {
+        /// xyz: the first probe (m).
+        pub first: [f32; 4],
+        /// xyz: between probes (m); w: the smallest of the three.
+        pub spacing: [f32; 4],
+        /// xyz: probes along each axis.
+        pub counts: [u32; 4],
+        /// Maps beside each other in the images.
+        pub columns: u32,
+        /// How far off its surface a place looks probes up (m).
+        pub normal_bias_m: f32,
+        /// Least share of a probe that visibility leaves.
+        pub weight_floor: f32,
+        /// Below this weight probes count less than their weight.
+        pub crush: f32,
+    }
+}
+
+gpu_struct! {
     /// Parameters of `probes.explore`.
     pub struct ExploreParams {
         /// xyz: where paths begin (m).
@@ -61,20 +81,8 @@ gpu_struct! {
 gpu_struct! {
     /// Parameters of `probes.bounce`.
     pub struct BounceParams {
-        /// xyz: the first probe (m).
-        pub first: [f32; 4],
-        /// xyz: between probes (m); w: the smallest of the three.
-        pub spacing: [f32; 4],
-        /// xyz: probes along each axis.
-        pub counts: [u32; 4],
-        /// Maps beside each other in the images.
-        pub columns: u32,
-        /// How far off its surface a place looks probes up (m).
-        pub normal_bias_m: f32,
-        /// Least share of a probe that visibility leaves.
-        pub weight_floor: f32,
-        /// Below this weight probes count less than their weight.
-        pub crush: f32,
+        /// How places look probes up.
+        pub lookup: LookupRow,
         /// Rays of a probe.
         pub ray_count: u32,
         /// First ray of the probes that are lit.
@@ -101,20 +109,8 @@ gpu_struct! {
 gpu_struct! {
     /// Parameters of `probes.gather`.
     pub struct LookupParams {
-        /// xyz: the first probe (m).
-        pub first: [f32; 4],
-        /// xyz: between probes (m); w: the smallest of the three.
-        pub spacing: [f32; 4],
-        /// xyz: probes along each axis.
-        pub counts: [u32; 4],
-        /// Maps beside each other in the images.
-        pub columns: u32,
-        /// How far off its surface a place looks probes up (m).
-        pub normal_bias_m: f32,
-        /// Least share of a probe that visibility leaves.
-        pub weight_floor: f32,
-        /// Below this weight probes count less than their weight.
-        pub crush: f32,
+        /// How places look probes up.
+        pub lookup: LookupRow,
     }
 }
 

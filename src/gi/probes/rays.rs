@@ -7,14 +7,14 @@ use super::passes::{
     BLEND, BOUNCE, BlendParams, BounceParams, LIGHT, MOMENTS, MomentParams, RayLightParams, TRACE,
     TraceParams,
 };
-use super::volume::{Maps, Volume};
+use super::volume::{Maps, Volume, store_image};
 use crate::gi::Inputs;
 use crate::gi::shared::paths::PathScene;
 use crate::graph::compute::linear_groups;
-use crate::graph::{Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Owner, vk};
+use crate::graph::{Error, Frame, Gpu, Image, vk};
 use crate::render::bvh::SceneRays;
 
-/// Rays in a row of the images (`gi/probes/lattice.glsl`).
+/// Rays in a row of the images (`gi/probes/rays.glsl`).
 const RAYS_A_ROW: u32 = 4096;
 
 /// Rays, about, whose light is kept at a time.
@@ -37,16 +37,8 @@ pub struct ProbeRays {
 
 fn ray_image(gpu: &Gpu, name: &str, rays: u64, format: vk::Format) -> Result<Arc<Image>, Error> {
     let rows = rays.div_ceil(u64::from(RAYS_A_ROW));
-    gpu.create_image(&ImageDesc {
-        name: name.into(),
-        extent: [RAYS_A_ROW, u32::try_from(rows).unwrap_or(u32::MAX), 1],
-        kind: ImageKind::D2,
-        format,
-        mips: 1,
-        layers: 1,
-        usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
-        owner: Owner::Store,
-    })
+    let size = [RAYS_A_ROW, u32::try_from(rows).unwrap_or(u32::MAX)];
+    store_image(gpu, name, size, format)
 }
 
 impl ProbeRays {
@@ -159,20 +151,13 @@ impl ProbeRays {
         probes: [u32; 2],
     ) {
         let [first_ray, all] = probes.map(|probes| probes * self.count);
-        let params = lookup.params(volume);
         let pass = scene.bind(frame.pass(&BOUNCE), given, false);
         lookup
             .bind(pass, volume, maps)
             .bind("ray_hits", &self.hits)
             .bind("ray_light", &self.light)
             .push(&BounceParams {
-                first: params.first,
-                spacing: params.spacing,
-                counts: params.counts,
-                columns: params.columns,
-                normal_bias_m: params.normal_bias_m,
-                weight_floor: params.weight_floor,
-                crush: params.crush,
+                lookup: lookup.row(volume),
                 ray_count: self.count,
                 first_ray,
                 all,

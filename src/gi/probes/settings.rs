@@ -1,6 +1,7 @@
 //! Settings, presets and rules.
 
 use crate::gi::settings::{Domain, Group, Preset, Rule, Setting};
+use crate::gi::shared::paths::HIT_LIGHT;
 
 /// The settings of irradiance probes.
 pub(super) const SETTINGS: &[Setting] = &[
@@ -46,13 +47,7 @@ pub(super) const SETTINGS: &[Setting] = &[
         domain: Domain::Count { min: 32, max: 8192 },
         default: "256",
     },
-    Setting {
-        name: "hit_light",
-        help: "what says which light reaches what a ray hits: rays, or the lights' shadow maps",
-        unit: "",
-        domain: Domain::Choice(&["rays", "maps"]),
-        default: "rays",
-    },
+    HIT_LIGHT,
     Setting {
         name: "irradiance_texels",
         help: "edge of a probe's octahedral map of irradiance",

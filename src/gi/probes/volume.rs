@@ -47,9 +47,19 @@ fn atlas(
     [columns, rows]: [u32; 2],
     (edge, format): (u32, vk::Format),
 ) -> Result<Arc<Image>, Error> {
+    store_image(gpu, name, [columns * (edge + 2), rows * (edge + 2)], format)
+}
+
+/// An image of what probes keep, by width and height (texels).
+pub(super) fn store_image(
+    gpu: &Gpu,
+    name: &str,
+    [width, height]: [u32; 2],
+    format: vk::Format,
+) -> Result<Arc<Image>, Error> {
     gpu.create_image(&ImageDesc {
         name: name.into(),
-        extent: [columns * (edge + 2), rows * (edge + 2), 1],
+        extent: [width, height, 1],
         kind: ImageKind::D2,
         format,
         mips: 1,

@@ -2,6 +2,7 @@
 
 use crate::gi::settings::{Domain, Group, Preset, Rule, Setting, Settings};
 use crate::gi::shared::interleave::Pattern;
+use crate::gi::shared::paths::HIT_LIGHT;
 use crate::gi::shared::screen;
 
 /// The technique's own settings; patterns have theirs.
@@ -34,13 +35,7 @@ pub(super) const SETTINGS: &[Setting] = &[
         domain: Domain::Count { min: 1, max: 8 },
         default: "1",
     },
-    Setting {
-        name: "hit_light",
-        help: "what says which light reaches what a ray hits: rays, or the lights' shadow maps",
-        unit: "",
-        domain: Domain::Choice(&["rays", "maps"]),
-        default: "rays",
-    },
+    HIT_LIGHT,
     Setting {
         name: "hit_roughness",
         help: "surfaces that the rays of a diffuse one hit are at least as rough: less noise of \

@@ -7,6 +7,7 @@ pub use cache::{CACHE_BINDINGS, Cache};
 
 use super::loops::LOOP_BUDGET;
 use crate::gi::Inputs;
+use crate::gi::settings::{Domain, Setting};
 use crate::graph::pass::join;
 use crate::graph::{Access, Binding, Error, FrameStats, Gpu, PassBuilder};
 use crate::render::GpuScene;
@@ -33,6 +34,15 @@ pub const CONSTANTS: [&str; 6] = [
     "SHADOW_MAPS",
     "BUMPS",
 ];
+
+/// Who says which light reaches a place.
+pub const HIT_LIGHT: Setting = Setting {
+    name: "hit_light",
+    help: "what says which light reaches what a ray hits: rays, or the lights' shadow maps",
+    unit: "",
+    domain: Domain::Choice(&["rays", "maps"]),
+    default: "rays",
+};
 
 /// The structs that its shaders read, but for those of the scene.
 pub const STRUCTS: &[StructLayout] = &[("GpuEmitter", GpuEmitter::FIELDS)];

@@ -1,18 +1,8 @@
-// Where probes stand, and which directions they look along (Rust: gi::probes::lattice).
-#ifndef LUMIVOX_PROBES_LATTICE
-#define LUMIVOX_PROBES_LATTICE
+// Which directions probes look along, and where their rays are kept (Rust: gi::probes::rays).
+#ifndef LUMIVOX_PROBES_RAYS
+#define LUMIVOX_PROBES_RAYS
 
 #include "shared/random.glsl"
-
-struct Lattice {
-    vec4 first;      // xyz: place of the first probe before it is moved [m]
-    vec4 spacing;    // xyz: between probes [m]; w: the smallest of the three
-    uvec4 counts;    // xyz: probes along each axis
-};
-
-uint probe_at(Lattice lattice, uvec3 place) {
-    return place.x + lattice.counts.x * (place.y + lattice.counts.y * place.z);
-}
 
 // The golden angle, in turns of 2³²: whole numbers lose nothing after many rays.
 const uint GOLDEN_TURN = 1640531527u;
