@@ -311,6 +311,7 @@ const LEAKS: &[(&str, f64)] = &[
     ("irradiance-probes.default", 0.0),
     ("irradiance-probes.accurate", 0.0),
     ("irradiance-probes.fast", 0.0),
+    ("irradiance-probes.textbook", 0.0),
 ];
 
 /// How far a leak may be from the stated one, to either side.

@@ -21,6 +21,7 @@ layout(push_constant) uniform BounceParams {
 #include "gi/shared/paths/vertex.glsl"
 #define LOOKUP_BINDING 11
 #define LOOKUP_CONSTANT 6
+#define TRACES
 #include "gi/probes/lookup.glsl"
 #include "gi/probes/rays.glsl"
 

@@ -4,9 +4,19 @@
 // thread a pixel.
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(set = 1, binding = 0) uniform texture2D view_depth;
-layout(set = 1, binding = 1) uniform utexture2D normals;
-layout(set = 1, binding = 2, rgba32f) uniform restrict writeonly image2D indirect_diffuse;
+#ifdef TRACES
+#include "render/bvh/bindings.glsl"
+#define FIRST_BINDING 5
+#define LOOKUP_CONSTANT 3
+#else
+#define FIRST_BINDING 0
+#define LOOKUP_CONSTANT 0
+#endif
+
+layout(set = 1, binding = FIRST_BINDING) uniform texture2D view_depth;
+layout(set = 1, binding = FIRST_BINDING + 1) uniform utexture2D normals;
+layout(set = 1, binding = FIRST_BINDING + 2, rgba32f) uniform restrict writeonly image2D
+    indirect_diffuse;
 
 #include "gi/probes/lookup_row.glsl"
 
@@ -15,8 +25,10 @@ layout(push_constant) uniform LookupParams {
 } params;
 
 #include "shared/receiver.glsl"
-#define LOOKUP_BINDING 3
-#define LOOKUP_CONSTANT 0
+#ifdef TRACES
+#include "render/bvh/traverse.glsl"
+#endif
+#define LOOKUP_BINDING FIRST_BINDING + 3
 #include "gi/probes/lookup.glsl"
 
 void main() {

@@ -1,15 +1,19 @@
 // The light of a surface from the probes around it (Majercik et al. 2019; docs/gi/probes.md). The
-// including pass declares `params` with a LookupRow `lookup`, LOOKUP_BINDING and LOOKUP_CONSTANT.
+// including pass declares `params` with a LookupRow `lookup`, LOOKUP_BINDING and LOOKUP_CONSTANT;
+// one that can trace rays also TRACES.
 #ifndef LUMIVOX_PROBES_LOOKUP
 #define LUMIVOX_PROBES_LOOKUP
 
 #include "gi/probes/atlas.glsl"
+#include "gi/shared/screen/luminance.glsl"
 
 layout(constant_id = LOOKUP_CONSTANT) const uint IRRADIANCE_TEXELS = 8;
 layout(constant_id = LOOKUP_CONSTANT + 1) const uint MOMENT_TEXELS = 16;
 layout(constant_id = LOOKUP_CONSTANT + 2) const uint VISIBILITY = 2;   // what keeps probes out
+layout(constant_id = LOOKUP_CONSTANT + 3) const uint RINGS = 2;        // of further probes
+layout(constant_id = LOOKUP_CONSTANT + 4) const uint HAS_GRADIENTS = 0;
 
-const uint VISIBILITY_FACING = 1u, VISIBILITY_MOMENTS = 2u;
+const uint VISIBILITY_NONE = 0u, VISIBILITY_MOMENTS = 2u, VISIBILITY_RAYS = 3u;
 
 layout(std430, set = 1, binding = LOOKUP_BINDING) restrict readonly buffer ProbePlaces {
     vec4 probe_places[];
@@ -20,6 +24,7 @@ layout(std430, set = 1, binding = LOOKUP_BINDING + 1) restrict readonly buffer P
 };
 layout(set = 1, binding = LOOKUP_BINDING + 2) uniform texture2D probe_irradiance;
 layout(set = 1, binding = LOOKUP_BINDING + 3) uniform texture2D probe_moments;
+layout(set = 1, binding = LOOKUP_BINDING + 4) uniform texture2D probe_gradients;
 
 uint probe_at(uvec3 place) {
     uvec3 counts = params.lookup.counts.xyz;
@@ -41,45 +46,131 @@ float chebyshev(vec2 moments, float distance) {
     return share * share * share;
 }
 
-// How much a probe counts for a surface, before the lattice's own weight.
-float weight_of_probe(uint probe, vec3 position, vec3 moved, vec3 normal) {
-    if (VISIBILITY == 0u) return 1.0;
+// What (4) makes of a probe for a surface. x: by the side of the surface that it is on; y: the
+// share of it that the surface sees.
+vec2 sight_of_probe(uint probe, vec3 position, vec3 moved, vec3 normal) {
+    if (VISIBILITY == VISIBILITY_NONE) return vec2(1.0);
     vec3 place = probe_places[probe].xyz, way = place - position;
     float facing = dot(normal, way) * inversesqrt(max(dot(way, way), 1e-30)) * 0.5 + 0.5;
-    float weight = facing * facing + 0.2;
+    vec3 seen = moved - place;
+    float distance = length(seen), share = 1.0;
+    vec3 direction = seen / max(distance, 1e-30);
     if (VISIBILITY == VISIBILITY_MOMENTS) {
-        vec3 seen = moved - place;
-        float distance = length(seen);
-        vec2 moments = map_at(probe_moments, probe, MOMENT_TEXELS, seen / max(distance, 1e-30)).rg;
-        float share = chebyshev(moments, distance / params.lookup.spacing.w);
-        weight *= max(share, params.lookup.weight_floor);
+        vec2 moments = map_at(probe_moments, probe, MOMENT_TEXELS, direction).rg;
+        share = chebyshev(moments, distance / params.lookup.spacing.w);
     }
-    // Small weights are made smaller still, and go to 0 smoothly.
+#ifdef TRACES
+    if (VISIBILITY == VISIBILITY_RAYS) {
+        bool is_hidden = is_occluded(moved, -direction, distance, NO_TRIANGLE, NO_TRIANGLE);
+        share = is_hidden ? 0.0 : 1.0;
+    }
+#endif
+    return vec2(facing * facing + 0.2, share);
+}
+
+// Small weights are made smaller still, and go to 0 smoothly.
+float crushed(float weight) {
     float crush = params.lookup.crush;
     return weight < crush ? weight * weight * weight / (crush * crush) : weight;
 }
 
-// Irradiance [W/m²], and in alpha the ambient visibility.
-vec4 light_of_probes(vec3 position, vec3 geometric_normal, vec3 shading_normal) {
+// Where gradients lead, irradiance is at most so many times that of the probe.
+const float MOST_CHANGE = 3.0;
+
+// Irradiance of a probe [W/m²] as it is at a place near it, and in alpha the ambient visibility.
+vec4 light_of_probe(uint probe, vec3 position, vec3 normal) {
+    vec4 light = map_at(probe_irradiance, probe, IRRADIANCE_TEXELS, normal);
+    if (HAS_GRADIENTS != 0u) {
+        vec3 gradient = map_at(probe_gradients, probe, IRRADIANCE_TEXELS, normal).xyz;
+        vec3 way = (position - probe_places[probe].xyz) / params.lookup.spacing.w;
+        float change = dot(gradient, way) / max(luminance_of(light.rgb), 1e-30);
+        light.rgb *= clamp(1.0 + change, 0.0, MOST_CHANGE);
+    }
+    return vec4(light.rgb * probe_scales[probe], light.a);
+}
+
+// Below this sum of weights of the eight probes around a place, without their floor, further ones
+// are asked.
+const float LEAST_SEEN = 1e-3;
+
+// The mean of the probes that a surface sees in the first shell of probes around its eight that has
+// some; `otherwise` where none has.
+vec4 light_of_further(uvec3 first, vec3 position, vec3 moved, vec3 geometric_normal,
+    vec3 shading_normal, vec4 otherwise) {
+    float cell_m = params.lookup.spacing.w;
+    for (uint ring = 1u; ring <= RINGS; ++ring) {
+        uint edge = 2u + 2u * ring;
+        vec4 sum = vec4(0.0);
+        float weights = 0.0;
+        for (uint i = 0u; i < edge * edge * edge; ++i) {
+            uvec3 step = uvec3(i, i / edge, i / (edge * edge)) % edge;
+            ivec3 at = ivec3(first + step) - int(ring);
+            bool is_inner = all(greaterThan(step, uvec3(0u)))
+                && all(lessThan(step, uvec3(edge - 1u)));
+            bool is_there = all(greaterThanEqual(at, ivec3(0)))
+                && all(lessThan(at, ivec3(params.lookup.counts.xyz)));
+            if (is_inner || !is_there) continue;
+            uint probe = probe_at(uvec3(at));
+            vec2 sight = sight_of_probe(probe, position, moved, geometric_normal);
+            vec3 way = (probe_places[probe].xyz - position) / cell_m;
+            float weight = crushed(sight.x * sight.y) / max(dot(way, way), 1e-2);
+            sum += weight * light_of_probe(probe, position, shading_normal);
+            weights += weight;
+        }
+        if (weights >= LEAST_SEEN) return sum / weights;
+    }
+    return otherwise;
+}
+
+// The eight probes around a place that surfaces look them up from.
+struct Cage {
+    vec3 moved;      // the place [m]
+    uvec3 first;     // of the probes
+    vec3 between;    // 0 to 1 from the first to the next along each axis
+};
+
+Cage cage_around(vec3 position, vec3 normal) {
     LookupRow row = params.lookup;
-    vec3 moved = position + row.normal_bias_m * geometric_normal;
+    vec3 moved = position + row.normal_bias_m * normal;
     vec3 last = vec3(row.counts.xyz) - 1.0;
     vec3 place = clamp((moved - row.first.xyz) / row.spacing.xyz, vec3(0.0), last);
-    uvec3 cell = uvec3(min(floor(place), last - 1.0));
-    vec3 between = place - vec3(cell);
+    vec3 first = min(floor(place), last - 1.0);
+    return Cage(moved, uvec3(first), place - first);
+}
+
+uvec3 step_to(uint corner) {
+    return uvec3(corner, corner >> 1, corner >> 2) & 1u;
+}
+
+// The trilinear weight of a corner, at least a thousandth along each axis.
+float share_of(Cage cage, uint corner) {
+    vec3 t = max(mix(1.0 - cage.between, cage.between, vec3(step_to(corner))), 1e-3);
+    return t.x * t.y * t.z;
+}
+
+// Irradiance [W/m²], and in alpha the ambient visibility.
+vec4 light_of_probes(vec3 position, vec3 geometric_normal, vec3 shading_normal) {
+    Cage cage = cage_around(position, geometric_normal);
     vec4 sum = vec4(0.0);
-    float weights = 0.0;
+    float weights = 0.0, seen = 0.0;
     for (uint corner = 0u; corner < 8u; ++corner) {
-        uvec3 step = uvec3(corner, corner >> 1, corner >> 2) & 1u;
-        uint probe = probe_at(cell + step);
-        vec3 t = max(mix(1.0 - between, between, vec3(step)), 1e-3);
-        float weight = t.x * t.y * t.z
-            * weight_of_probe(probe, position, moved, geometric_normal);
-        vec4 light = map_at(probe_irradiance, probe, IRRADIANCE_TEXELS, shading_normal);
-        sum += weight * vec4(light.rgb * probe_scales[probe], light.a);
+        uint probe = probe_at(cage.first + step_to(corner));
+        vec2 sight = sight_of_probe(probe, position, cage.moved, geometric_normal);
+        float share = share_of(cage, corner);
+        float weight = share * crushed(sight.x * max(sight.y, params.lookup.weight_floor));
+        sum += weight * light_of_probe(probe, position, shading_normal);
         weights += weight;
+        seen += share * crushed(sight.x * sight.y);
     }
-    return sum / max(weights, 1e-30);
+    vec4 light = sum / max(weights, 1e-30);
+    if (VISIBILITY == VISIBILITY_MOMENTS) {
+        if (seen < LEAST_SEEN) {
+            vec4 further = light_of_further(
+                cage.first, position, cage.moved, geometric_normal, shading_normal, light);
+            light = mix(further, light, seen / LEAST_SEEN);
+        }
+    }
+    return light;
 }
 
 #endif

@@ -1,19 +1,29 @@
 //! Technique `irradiance-probes`: a lattice of probes with octahedral maps of irradiance and of
 //! the distances that they see (Majercik et al. 2019; Luo 2022, section 4.2).
 
+use std::sync::Arc;
+
+use glam::Vec3;
+
 use super::explore::explore;
+use super::figures;
 use super::lattice::Lattice;
 use super::lookup::{Lookup, gather};
-use super::passes::{BLEND, BOUNCE, EXPLORE, GATHER, LIGHT, LookupRow, MOMENTS, TRACE};
-use super::rays::ProbeRays;
+use super::passes::{
+    BLEND, BOUNCE, EXPLORE, GATHER, GATHER_BY_RAYS, LIGHT, LookupRow, MOMENTS, MOMENTS_POWER, TRACE,
+};
+use super::rays::{MomentFilter, ProbeRays};
+use super::relocate::away;
 use super::settings::{PRESETS, RULES, SETTINGS};
 use super::snap::snap;
-use super::volume::Volume;
+use super::view::{self, VIEW, VIEWS};
+use super::volume::{Kept, Volume};
 use crate::gi::entry::{Entry, Stage};
+use crate::gi::inspect::{BeamStart, ViewRow};
 use crate::gi::shared::paths::{self, PathScene};
 use crate::gi::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
-use crate::graph::{Error, Frame, FrameStats, Gpu};
-use crate::render::Receivers;
+use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
+use crate::render::{GBuffer, Receivers};
 use crate::shader::GpuStruct;
 
 /// The row of the registry.
@@ -22,15 +32,30 @@ pub static ENTRY: Entry = Entry {
     settings: &[SETTINGS],
     rules: &[RULES],
     presets: PRESETS,
-    passes: &[&[&EXPLORE, &TRACE, &MOMENTS, &LIGHT, &BOUNCE, &BLEND, &GATHER]],
+    passes: &[&[
+        &EXPLORE,
+        &TRACE,
+        &MOMENTS,
+        &MOMENTS_POWER,
+        &LIGHT,
+        &BOUNCE,
+        &BLEND,
+        &GATHER,
+        &GATHER_BY_RAYS,
+        &VIEW,
+    ]],
+    views: &[&VIEWS],
     structs: &[paths::STRUCTS, &[("LookupRow", LookupRow::FIELDS)]],
     stages: &[
         &Stage::store("hierarchy", paths::HOST_PASSES),
         &Stage::store("placement", &["probes.explore"]),
-        &Stage::store("tracing", &["probes.trace", "probes.moments"]),
+        &Stage::store(
+            "tracing",
+            &["probes.trace", "probes.moments", "probes.moments_power"],
+        ),
         &Stage::store("lighting", &["probes.light", "probes.blend"]),
         &Stage::store("bounces", &["probes.bounce"]),
-        &Stage::picture("gather", &["probes.gather"]),
+        &Stage::picture("gather", &["probes.gather", "probes.gather_by_rays"]),
     ],
     ..Entry::new(
         "irradiance-probes",
@@ -43,22 +68,56 @@ fn make(_context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique
     Ok(Box::new(IrradianceProbes {
         probes: settings.count("probes"),
         outer_layer: settings.number("outer_layer"),
-        snap_distance: settings
-            .is("placement", "snap")
-            .then(|| settings.number("snap_distance")),
+        placement: Placement::new(settings),
+        moment_filter: if settings.is("moment_filter", "power") {
+            MomentFilter::Power
+        } else {
+            MomentFilter::Box
+        },
         rays: settings.count("rays"),
-        texels: (
-            settings.count("irradiance_texels"),
-            settings
+        kept: Kept {
+            irradiance_texels: settings.count("irradiance_texels"),
+            moment_texels: settings
                 .is("visibility", "moments")
                 .then(|| settings.count("moment_texels")),
-        ),
+            has_gradients: settings.is("gradient", "on"),
+            bounces: settings.count("bounces"),
+        },
         uses_maps: settings.is("hit_light", "maps"),
-        bounces: settings.count("bounces"),
         lookup: Lookup::new(settings),
         built: None,
     }))
 }
+
+/// Where probes stand.
+#[derive(Clone, Copy)]
+enum Placement {
+    Lattice,
+    /// Away from what is nearer than `distance` (cells).
+    Relocated {
+        distance: f32,
+    },
+    /// `distance` (cells) off the surfaces that look them up.
+    Snapped {
+        distance: f32,
+    },
+}
+
+impl Placement {
+    fn new(settings: &Settings) -> Self {
+        let distance = settings.number("surface_distance");
+        if settings.is("placement", "snap") {
+            Placement::Snapped { distance }
+        } else if settings.is("placement", "relocate") {
+            Placement::Relocated { distance }
+        } else {
+            Placement::Lattice
+        }
+    }
+}
+
+/// Steps in which probes move away from surfaces.
+const RELOCATIONS: u32 = 3;
 
 struct Built {
     scene: PathScene,
@@ -69,13 +128,11 @@ struct Built {
 struct IrradianceProbes {
     probes: u32,
     outer_layer: f32,
-    /// How far off surfaces probes are put (cells); `None`: they stay on the lattice.
-    snap_distance: Option<f32>,
+    placement: Placement,
+    moment_filter: MomentFilter,
     rays: u32,
-    /// Edges of maps of irradiance and, where look-ups ask for them, of distances (texels).
-    texels: (u32, Option<u32>),
+    kept: Kept,
     uses_maps: bool,
-    bounces: u32,
     lookup: Lookup,
     built: Option<Built>,
 }
@@ -89,18 +146,38 @@ impl IrradianceProbes {
     ) -> Result<FrameStats, Error> {
         let (lattice, triangles) = (&built.volume.lattice, &built.scene.rays);
         let mut stats = FrameStats::default();
-        let places = match self.snap_distance {
-            Some(distance) => {
+        let mut places: Vec<Vec3> = lattice.places().collect();
+        let trace = |places: &[Vec3]| {
+            built.volume.put(gpu, places)?;
+            let mut frame = Frame::new();
+            frame.set_scene(&scene.set, &scene.materials);
+            built.rays.trace(&mut frame, triangles, &built.volume);
+            gpu.submit(frame)
+        };
+        match self.placement {
+            Placement::Lattice => {}
+            Placement::Snapped { distance } => {
                 let (seen, explored) = explore(gpu, scene, triangles)?;
                 stats.append(explored);
-                snap(lattice, &seen, distance, self.lookup.normal_bias)
+                places = snap(lattice, &seen, distance, self.lookup.normal_bias);
             }
-            None => lattice.places().collect(),
-        };
-        built.volume.put(gpu, &places)?;
+            Placement::Relocated { distance } => {
+                for _ in 0..RELOCATIONS {
+                    stats.append(trace(&places)?);
+                    let seen = built.rays.read_distances(gpu, lattice.probe_count())?;
+                    let cell = lattice.cell();
+                    for ((place, home), rays) in places.iter_mut().zip(lattice.places()).zip(&seen)
+                    {
+                        *place = away(*place, home, cell, distance * cell, rays);
+                    }
+                }
+            }
+        }
+        stats.append(trace(&places)?);
         let mut frame = Frame::new();
         frame.set_scene(&scene.set, &scene.materials);
-        built.rays.trace(&mut frame, triangles, &built.volume);
+        let filter = self.moment_filter;
+        (built.rays).moments(&mut frame, triangles, &built.volume, filter);
         stats.append(gpu.submit(frame)?);
         Ok(stats)
     }
@@ -125,7 +202,7 @@ impl Technique for IrradianceProbes {
         let lattice = Lattice::within(scene.lit_bounds(), self.probes, self.outer_layer);
         let built = Built {
             scene: own,
-            volume: Volume::new(gpu, lattice, self.texels, self.bounces)?,
+            volume: Volume::new(gpu, lattice, &self.kept)?,
             rays: ProbeRays::new(gpu, lattice.probe_count(), self.rays)?,
         };
         stats.append(self.place(context, &built)?);
@@ -148,7 +225,7 @@ impl Technique for IrradianceProbes {
 
     fn update(&mut self, frame: &mut Frame, given: &Inputs<'_>) {
         if let Some(built) = &self.built {
-            let how = (&self.lookup, self.bounces, self.uses_maps);
+            let how = (&self.lookup, self.kept.bounces, self.uses_maps);
             built
                 .rays
                 .light(frame, given, &built.scene, &built.volume, how);
@@ -157,8 +234,9 @@ impl Technique for IrradianceProbes {
 
     fn gather(&mut self, frame: &mut Frame, _given: &Inputs<'_>, receivers: &Receivers<'_>) {
         let Some(built) = &self.built else { return };
-        let maps = built.volume.lit(self.bounces);
-        gather(frame, receivers, (&built.volume, maps), &self.lookup);
+        let maps = built.volume.lit(self.kept.bounces);
+        let of = (&built.volume, maps);
+        gather(frame, receivers, &built.scene.rays, of, &self.lookup);
     }
 }
 
@@ -170,5 +248,36 @@ impl Inspect for IrradianceProbes {
         let mut counts = built.scene.counts();
         counts.push(("probes", built.volume.lattice.probe_count().into()));
         Ok(counts)
+    }
+
+    fn levels(&self, view: &ViewRow) -> u32 {
+        let volume = self.built.as_ref().map(|built| &built.volume);
+        u32::from(volume.is_some_and(|volume| view::is_there(view, volume)))
+    }
+
+    fn draw_view(
+        &self,
+        frame: &mut Frame,
+        (view, _level): (&ViewRow, u32),
+        gbuffer: &GBuffer,
+        seen: &Arc<Image>,
+    ) {
+        let Some(built) = &self.built else { return };
+        let maps = built.volume.lit(self.kept.bounces);
+        let of = (&built.volume, maps, &self.lookup);
+        view::draw(frame, view, of, (gbuffer, seen));
+    }
+
+    fn figures_at(
+        &self,
+        context: &Context<'_>,
+        start: &BeamStart,
+    ) -> Result<Vec<(&'static str, String)>, Error> {
+        let Some(built) = &self.built else {
+            return Ok(Vec::new());
+        };
+        let maps = built.volume.lit(self.kept.bounces);
+        let of = (&built.volume, maps, &self.lookup);
+        figures::figures(context.gpu, of, start)
     }
 }

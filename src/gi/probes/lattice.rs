@@ -42,7 +42,12 @@ impl Lattice {
         self.counts.element_product()
     }
 
-    /// Where a probe stands (m); the first axis runs fastest.
+    /// The probe at a place along each axis; the first axis runs fastest.
+    pub fn index(&self, at: UVec3) -> u32 {
+        at.x + self.counts.x * (at.y + self.counts.y * at.z)
+    }
+
+    /// Where a probe stands (m).
     pub fn place(&self, probe: u32) -> Vec3 {
         let UVec3 { x, y, .. } = self.counts;
         let at = UVec3::new(probe % x, probe / x % y, probe / (x * y));
@@ -61,8 +66,7 @@ impl Lattice {
         let low = at.floor().min(last - 1.0).as_uvec3();
         std::array::from_fn(|corner| {
             let corner = corner as u32;
-            let at = low + UVec3::new(corner & 1, corner >> 1 & 1, corner >> 2);
-            at.x + self.counts.x * (at.y + self.counts.y * at.z)
+            self.index(low + UVec3::new(corner & 1, corner >> 1 & 1, corner >> 2))
         })
     }
 

@@ -1,10 +1,11 @@
 //! How surfaces look probes up.
 
-use super::passes::{GATHER, LookupParams, LookupRow};
+use super::passes::{GATHER, GATHER_BY_RAYS, LookupParams, LookupRow};
 use super::volume::{Maps, Volume};
 use crate::gi::Settings;
 use crate::graph::{Access, Binding, Frame, PassBuilder};
 use crate::render::Receivers;
+use crate::render::bvh::SceneRays;
 
 /// What keeps a probe out that a surface does not see.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,6 +16,8 @@ pub enum Visibility {
     Facing = 1,
     /// That, and the distances that it sees.
     Moments = 2,
+    /// The side, and a ray to the probe.
+    Rays = 3,
 }
 
 /// How surfaces look probes up.
@@ -28,6 +31,8 @@ pub struct Lookup {
     pub weight_floor: f32,
     /// Below this weight probes count less than their weight.
     pub crush: f32,
+    /// Shells of further probes that a place asks whose eight are all hidden by distances.
+    pub rings: u32,
 }
 
 impl Lookup {
@@ -35,6 +40,8 @@ impl Lookup {
     pub(super) fn new(settings: &Settings) -> Self {
         let visibility = if settings.is("visibility", "moments") {
             Visibility::Moments
+        } else if settings.is("visibility", "rays") {
+            Visibility::Rays
         } else if settings.is("visibility", "facing") {
             Visibility::Facing
         } else {
@@ -45,6 +52,7 @@ impl Lookup {
             normal_bias: settings.number("normal_bias"),
             weight_floor: settings.number("weight_floor"),
             crush: settings.number("crush"),
+            rings: settings.count("rings"),
         }
     }
 
@@ -73,21 +81,29 @@ impl Lookup {
             .bind("probe_scales", &maps.scales)
             .bind("probe_irradiance", &maps.irradiance)
             .bind("probe_moments", &volume.moments)
+            .bind("probe_gradients", &maps.gradients)
             .constant(LOOKUP_CONSTANTS[0], volume.irradiance_texels)
             .constant(LOOKUP_CONSTANTS[1], volume.moment_texels)
             .constant(LOOKUP_CONSTANTS[2], self.visibility as u32)
+            .constant(LOOKUP_CONSTANTS[3], self.rings)
+            .constant(LOOKUP_CONSTANTS[4], volume.has_gradients)
     }
 }
 
-/// Adds [`GATHER`] for surfaces.
+/// Adds [`GATHER`] for surfaces, or [`GATHER_BY_RAYS`] where rays say what they see.
 pub fn gather(
     frame: &mut Frame,
     receivers: &Receivers<'_>,
+    triangles: &SceneRays,
     (volume, maps): (&Volume, &Maps),
     lookup: &Lookup,
 ) {
-    let pass = frame
-        .pass(&GATHER)
+    let pass = if lookup.visibility == Visibility::Rays {
+        triangles.bind(frame.pass(&GATHER_BY_RAYS))
+    } else {
+        frame.pass(&GATHER)
+    };
+    let pass = pass
         .bind("view_depth", receivers.view_depth)
         .bind("normals", receivers.normals)
         .bind("indirect_diffuse", receivers.light);
@@ -100,12 +116,19 @@ pub fn gather(
 }
 
 /// What a pass binds that looks probes up (`gi/probes/lookup.glsl`).
-pub(super) const LOOKUP_BINDINGS: [Binding; 4] = [
+pub(super) const LOOKUP_BINDINGS: [Binding; 5] = [
     Binding::buffer("probe_places", Access::ComputeRead),
     Binding::buffer("probe_scales", Access::ComputeRead),
     Binding::sampled("probe_irradiance", Access::ComputeSampled),
     Binding::sampled("probe_moments", Access::ComputeSampled),
+    Binding::sampled("probe_gradients", Access::ComputeSampled),
 ];
 
 /// The constants that it has for that.
-pub(super) const LOOKUP_CONSTANTS: [&str; 3] = ["IRRADIANCE_TEXELS", "MOMENT_TEXELS", "VISIBILITY"];
+pub(super) const LOOKUP_CONSTANTS: [&str; 5] = [
+    "IRRADIANCE_TEXELS",
+    "MOMENT_TEXELS",
+    "VISIBILITY",
+    "RINGS",
+    "HAS_GRADIENTS",
+];

@@ -2,15 +2,21 @@
 //! Surfaces look the eight around them up. Maths: `docs/gi/probes.md`.
 
 pub mod explore;
+pub mod figures;
 pub mod irradiance;
 pub mod lattice;
 pub mod lookup;
 pub mod oracle;
 pub mod passes;
 pub mod rays;
+pub mod relocate;
 mod settings;
 pub mod snap;
+pub mod view;
 pub mod volume;
 
 pub use lattice::Lattice;
-pub use passes::{BLEND, BOUNCE, EXPLORE, GATHER, LIGHT, MOMENTS, TRACE};
+pub use passes::{
+    BLEND, BOUNCE, EXPLORE, GATHER, GATHER_BY_RAYS, LIGHT, MOMENTS, MOMENTS_POWER, TRACE,
+};
+pub use view::VIEW;

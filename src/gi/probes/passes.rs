@@ -51,7 +51,7 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Parameters of `probes.moments`.
+    /// Parameters of `probes.moments` and `probes.moments_power`.
     pub struct MomentParams {
         /// Maps beside each other in the image.
         pub columns: u32,
@@ -59,6 +59,8 @@ gpu_struct! {
         pub edge: u32,
         /// Texels of all probes.
         pub all: u32,
+        /// Rays of a probe.
+        pub ray_count: u32,
         /// The smallest spacing (m).
         pub cell_m: f32,
         /// What counts as the farthest (cells).
@@ -103,6 +105,8 @@ gpu_struct! {
         pub first_probe: u32,
         /// Their number.
         pub probe_count: u32,
+        /// The smallest spacing (m).
+        pub cell_m: f32,
     }
 }
 
@@ -160,6 +164,19 @@ pub static MOMENTS: Pass = Pass {
     sets: Sets::Scene,
 };
 
+/// The same, over all rays of a probe. Reads hits, writes RG16F; a thread a texel.
+pub static MOMENTS_POWER: Pass = Pass {
+    name: "probes.moments_power",
+    shaders: Shaders::Compute("gi/probes/moments_power.comp"),
+    bindings: &[
+        Binding::sampled("ray_hits", Access::ComputeSampled),
+        Binding::image("probe_moments", Access::ComputeWrite),
+    ],
+    constants: &[],
+    params: Some(MomentParams::LAYOUT),
+    sets: Sets::Scene,
+};
+
 /// What each ray brings of the lights and of what emits. Reads hits, writes RGBA32F; a thread a
 /// ray.
 pub static LIGHT: Pass = Pass {
@@ -176,7 +193,7 @@ pub static LIGHT: Pass = Pass {
 pub static BOUNCE: Pass = Pass {
     name: "probes.bounce",
     shaders: Shaders::Compute("gi/probes/bounce.comp"),
-    bindings: &join::<11, 4, 15>(join::<9, 2, 11>(paths::BINDINGS, RAYS), LOOKUP_BINDINGS),
+    bindings: &join::<11, 5, 16>(join::<9, 2, 11>(paths::BINDINGS, RAYS), LOOKUP_BINDINGS),
     constants: &[
         paths::CONSTANTS[0],
         paths::CONSTANTS[1],
@@ -187,6 +204,8 @@ pub static BOUNCE: Pass = Pass {
         LOOKUP_CONSTANTS[0],
         LOOKUP_CONSTANTS[1],
         LOOKUP_CONSTANTS[2],
+        LOOKUP_CONSTANTS[3],
+        LOOKUP_CONSTANTS[4],
     ],
     params: Some(BounceParams::LAYOUT),
     sets: Sets::Scene,
@@ -197,19 +216,22 @@ const RAYS: [Binding; 2] = [
     Binding::image("ray_light", Access::ComputeWrite),
 ];
 
-/// Irradiance of each probe by direction. Reads what rays bring, writes RGBA16F maps and their
-/// scales; a workgroup a probe.
+/// Irradiance of each probe by direction, and how it changes with the place. Reads what rays meet
+/// and bring, writes RGBA16F maps and their scales; a workgroup a probe.
 pub static BLEND: Pass = Pass {
     name: "probes.blend",
     shaders: Shaders::Compute("gi/probes/blend.comp"),
     bindings: &[
+        Binding::sampled("ray_hits", Access::ComputeSampled),
         Binding::sampled("ray_light", Access::ComputeSampled),
         Binding::sampled("before", Access::ComputeSampled),
+        Binding::sampled("gradients_before", Access::ComputeSampled),
         Binding::buffer("scales_before", Access::ComputeRead),
         Binding::buffer("probe_scales", Access::ComputeWrite),
         Binding::image("probe_irradiance", Access::ComputeWrite),
+        Binding::image("probe_gradients", Access::ComputeWrite),
     ],
-    constants: &["IRRADIANCE_TEXELS", "ADDS"],
+    constants: &["IRRADIANCE_TEXELS", "ADDS", "HAS_GRADIENTS"],
     params: Some(BlendParams::LAYOUT),
     sets: Sets::Scene,
 };
@@ -219,15 +241,36 @@ pub static BLEND: Pass = Pass {
 pub static GATHER: Pass = Pass {
     name: "probes.gather",
     shaders: Shaders::Compute("gi/probes/gather.comp"),
-    bindings: &join::<3, 4, 7>(
-        [
-            Binding::sampled("view_depth", Access::ComputeSampled),
-            Binding::sampled("normals", Access::ComputeSampled),
-            Binding::image("indirect_diffuse", Access::ComputeWrite),
-        ],
-        LOOKUP_BINDINGS,
-    ),
+    bindings: &GATHER_BINDINGS,
     constants: &LOOKUP_CONSTANTS,
     params: Some(LookupParams::LAYOUT),
     sets: Sets::Scene,
 };
+
+/// The same, where a ray to each probe says whether a surface sees it.
+pub static GATHER_BY_RAYS: Pass = Pass {
+    name: "probes.gather_by_rays",
+    shaders: Shaders::Compute("gi/probes/gather_by_rays.comp"),
+    bindings: &join::<5, 8, 13>(bvh::BINDINGS, GATHER_BINDINGS),
+    constants: &[
+        bvh::CONSTANTS[0],
+        bvh::CONSTANTS[1],
+        bvh::CONSTANTS[2],
+        LOOKUP_CONSTANTS[0],
+        LOOKUP_CONSTANTS[1],
+        LOOKUP_CONSTANTS[2],
+        LOOKUP_CONSTANTS[3],
+        LOOKUP_CONSTANTS[4],
+    ],
+    params: Some(LookupParams::LAYOUT),
+    sets: Sets::Scene,
+};
+
+const GATHER_BINDINGS: [Binding; 8] = join::<3, 5, 8>(
+    [
+        Binding::sampled("view_depth", Access::ComputeSampled),
+        Binding::sampled("normals", Access::ComputeSampled),
+        Binding::image("indirect_diffuse", Access::ComputeWrite),
+    ],
+    LOOKUP_BINDINGS,
+);

@@ -2,10 +2,13 @@
 
 use std::sync::Arc;
 
+use glam::Vec3;
+
 use super::lookup::Lookup;
+use super::oracle;
 use super::passes::{
-    BLEND, BOUNCE, BlendParams, BounceParams, LIGHT, MOMENTS, MomentParams, RayLightParams, TRACE,
-    TraceParams,
+    BLEND, BOUNCE, BlendParams, BounceParams, LIGHT, MOMENTS, MOMENTS_POWER, MomentParams,
+    RayLightParams, TRACE, TraceParams,
 };
 use super::volume::{Maps, Volume, store_image};
 use crate::gi::Inputs;
@@ -20,8 +23,14 @@ const RAYS_A_ROW: u32 = 4096;
 /// Rays, about, whose light is kept at a time.
 const RAYS_AT_A_TIME: u32 = 1 << 20;
 
-/// Beyond so many diagonals of a cell all distances count as one.
-const REACH_DIAGONALS: f32 = 1.5;
+/// Over which rays the distances of a direction are averaged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MomentFilter {
+    /// Rays of its texel's own square.
+    Box,
+    /// All rays of the probe, by the 50th power of the cosine.
+    Power,
+}
 
 /// The rays of all probes, and the light of those of some.
 pub struct ProbeRays {
@@ -64,10 +73,9 @@ impl ProbeRays {
         })
     }
 
-    /// Adds [`TRACE`] and [`MOMENTS`]: what all probes see.
+    /// Adds [`TRACE`]: what the rays of all probes meet.
     pub fn trace(&self, frame: &mut Frame, triangles: &SceneRays, volume: &Volume) {
-        let probe_count = volume.lattice.probe_count();
-        let all = probe_count * self.count;
+        let all = volume.lattice.probe_count() * self.count;
         triangles
             .bind(frame.pass(&TRACE))
             .bind("probe_places", &volume.places)
@@ -77,23 +85,59 @@ impl ProbeRays {
                 all,
             })
             .dispatch(linear_groups(all));
+    }
+
+    /// Adds [`MOMENTS`] or [`MOMENTS_POWER`]: how far all probes see, where look-ups ask for it.
+    /// Their rays are traced before.
+    pub fn moments(
+        &self,
+        frame: &mut Frame,
+        triangles: &SceneRays,
+        volume: &Volume,
+        filter: MomentFilter,
+    ) {
         if !volume.has_moments {
             return;
         }
-        let texels = probe_count * volume.moment_texels * volume.moment_texels;
+        let texels = volume.moment_texels * volume.moment_texels;
+        let all = volume.lattice.probe_count() * texels;
         let cell_m = volume.lattice.cell();
-        triangles
-            .bind(frame.pass(&MOMENTS))
-            .bind("probe_places", &volume.places)
-            .bind("probe_moments", &volume.moments)
+        let pass = match filter {
+            MomentFilter::Box => triangles
+                .bind(frame.pass(&MOMENTS))
+                .bind("probe_places", &volume.places),
+            MomentFilter::Power => frame.pass(&MOMENTS_POWER).bind("ray_hits", &self.hits),
+        };
+        pass.bind("probe_moments", &volume.moments)
             .push(&MomentParams {
                 columns: volume.columns,
                 edge: volume.moment_texels,
-                all: texels,
+                all,
+                ray_count: self.count,
                 cell_m,
-                reach: REACH_DIAGONALS * volume.lattice.diagonal() / cell_m,
+                reach: volume.reach(),
             })
-            .dispatch(linear_groups(texels));
+            .dispatch(linear_groups(all));
+    }
+
+    /// What the rays of each probe that have been traced meet: their directions, and how far they
+    /// go (m), infinitely where they meet nothing.
+    pub fn read_distances(
+        &self,
+        gpu: &Gpu,
+        probe_count: u32,
+    ) -> Result<Vec<Vec<(Vec3, f32)>>, Error> {
+        let hits: Vec<[u32; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_image(&self.hits, 0, 0)?);
+        let of_probe = |(probe, hits): (u32, &[[u32; 4]])| {
+            let turn = oracle::turn_of(probe);
+            let rays = (0..).zip(hits).map(|(ray, hit)| {
+                let direction = turn * oracle::fibonacci(ray, self.count);
+                (direction.as_vec3(), f32::from_bits(hit[3]))
+            });
+            rays.collect()
+        };
+        let probes = (0..probe_count).zip(hits.chunks(self.count as usize));
+        Ok(probes.map(of_probe).collect())
     }
 
     /// Adds the passes that light all probes anew: by the lights and what emits, then bounce after
@@ -175,25 +219,30 @@ impl ProbeRays {
         adds: bool,
     ) {
         // What is not added to is not read: then another image is bound.
-        let (before_image, before_scales) = if adds {
-            (&before.irradiance, &before.scales)
+        let (light_before, gradients_before, scales_before) = if adds {
+            (&before.irradiance, &before.gradients, &before.scales)
         } else {
-            (&self.light, &volume.places)
+            (&self.light, &self.light, &volume.places)
         };
         frame
             .pass(&BLEND)
+            .bind("ray_hits", &self.hits)
             .bind("ray_light", &self.light)
-            .bind("before", before_image)
-            .bind("scales_before", before_scales)
+            .bind("before", light_before)
+            .bind("gradients_before", gradients_before)
+            .bind("scales_before", scales_before)
             .bind("probe_scales", &maps.scales)
             .bind("probe_irradiance", &maps.irradiance)
+            .bind("probe_gradients", &maps.gradients)
             .constant("IRRADIANCE_TEXELS", volume.irradiance_texels)
             .constant("ADDS", adds)
+            .constant("HAS_GRADIENTS", volume.has_gradients)
             .push(&BlendParams {
                 columns: volume.columns,
                 ray_count: self.count,
                 first_probe,
                 probe_count,
+                cell_m: volume.lattice.cell(),
             })
             .dispatch([
                 probe_count.min(65_535),

@@ -24,15 +24,15 @@ pub(super) const SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "placement",
-        help: "where probes stand: on the lattice, or snapped: beside the surfaces that look them \
-               up, on the side that is seen",
+        help: "where probes stand: on the lattice, relocated: away from what is too near, or \
+               snapped: beside the surfaces that look them up, on the side that is seen",
         unit: "",
-        domain: Domain::Choice(&["lattice", "snap"]),
+        domain: Domain::Choice(&["lattice", "relocate", "snap"]),
         default: "snap",
     },
     Setting {
-        name: "snap_distance",
-        help: "how far off a surface a snapped probe stands, in the smallest spacing",
+        name: "surface_distance",
+        help: "how far off a surface a moved probe stands, in the smallest spacing",
         unit: "cells",
         domain: Domain::Number {
             min: 0.05,
@@ -56,6 +56,13 @@ pub(super) const SETTINGS: &[Setting] = &[
         default: "8",
     },
     Setting {
+        name: "gradient",
+        help: "whether probes also know how their irradiance changes with the place",
+        unit: "",
+        domain: Domain::Choice(&["on", "off"]),
+        default: "off",
+    },
+    Setting {
         name: "moment_texels",
         help: "edge of a probe's octahedral map of the distances that it sees",
         unit: "texels",
@@ -63,11 +70,20 @@ pub(super) const SETTINGS: &[Setting] = &[
         default: "16",
     },
     Setting {
+        name: "moment_filter",
+        help: "over which rays the distances of a direction are averaged: a box of rays of its \
+               own, or all rays of the probe by a power of the cosine",
+        unit: "",
+        domain: Domain::Choice(&["box", "power"]),
+        default: "box",
+    },
+    Setting {
         name: "visibility",
         help: "what keeps a probe out that a surface does not see: none, facing (the side of the \
-               surface that it is on), or moments (that, and the distances that it sees)",
+               surface that it is on), moments (that, and the distances that it sees), or rays \
+               (the side, and a ray to it)",
         unit: "",
-        domain: Domain::Choice(&["none", "facing", "moments"]),
+        domain: Domain::Choice(&["none", "facing", "moments", "rays"]),
         default: "moments",
     },
     Setting {
@@ -75,7 +91,7 @@ pub(super) const SETTINGS: &[Setting] = &[
         help: "how far off its surface a place looks probes up, in the smallest spacing",
         unit: "cells",
         domain: Domain::Number { min: 0.0, max: 1.0 },
-        default: "0.25",
+        default: "0.1",
     },
     Setting {
         name: "weight_floor",
@@ -90,6 +106,13 @@ pub(super) const SETTINGS: &[Setting] = &[
         unit: "",
         domain: Domain::Number { min: 0.0, max: 0.5 },
         default: "0.2",
+    },
+    Setting {
+        name: "rings",
+        help: "shells of further probes that a place asks whose eight probes are all hidden",
+        unit: "shells",
+        domain: Domain::Count { min: 0, max: 2 },
+        default: "2",
     },
     Setting {
         name: "bounces",
@@ -113,6 +136,19 @@ pub(super) const PRESETS: &[Preset] = &[
         values: &[&[("hit_light", "maps")]],
     },
     Preset {
+        name: "textbook",
+        help: "as in Majercik et al. 2019: probes move away from surfaces, distances by a power \
+               of the cosine",
+        values: &[&[
+            ("outer_layer", "0.05"),
+            ("placement", "relocate"),
+            ("surface_distance", "0.2"),
+            ("moment_filter", "power"),
+            ("normal_bias", "0.25"),
+            ("rings", "0"),
+        ]],
+    },
+    Preset {
         name: "accurate",
         help: "1024 rays a probe",
         values: &[&[("rays", "1024")]],
@@ -123,16 +159,22 @@ pub(super) const PRESETS: &[Preset] = &[
 pub(super) const RULES: &[Rule] = &[
     Rule::always(
         Group::Structure,
-        &["probes", "outer_layer", "placement", "irradiance_texels"],
+        &[
+            "probes",
+            "outer_layer",
+            "placement",
+            "irradiance_texels",
+            "gradient",
+        ],
     ),
     Rule {
         group: Group::Structure,
-        settings: &["snap_distance"],
-        applies: |settings| settings.is("placement", "snap"),
+        settings: &["surface_distance"],
+        applies: |settings| !settings.is("placement", "lattice"),
     },
     Rule {
         group: Group::Structure,
-        settings: &["moment_texels"],
+        settings: &["moment_texels", "moment_filter"],
         applies: |settings| settings.is("visibility", "moments"),
     },
     Rule::always(Group::Light, &["rays", "hit_light"]),
@@ -140,6 +182,13 @@ pub(super) const RULES: &[Rule] = &[
     Rule {
         group: Group::Gather,
         settings: &["weight_floor"],
+        applies: |settings| {
+            settings.is("visibility", "moments") || settings.is("visibility", "rays")
+        },
+    },
+    Rule {
+        group: Group::Gather,
+        settings: &["rings"],
         applies: |settings| settings.is("visibility", "moments"),
     },
     Rule {

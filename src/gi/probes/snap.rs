@@ -8,7 +8,7 @@ use super::lattice::Lattice;
 pub type Seen = (Vec3, Vec3);
 
 /// A probe moves by at most so much (cells).
-const FARTHEST: f32 = 0.75;
+pub(super) const FARTHEST: f32 = 0.75;
 /// Surfaces are one plane if their normals' cosine is this or more…
 const SAME_COSINE: f32 = 0.98;
 /// …and they are no further apart (cells).
@@ -16,7 +16,7 @@ const SAME_OFFSET: f32 = 0.1;
 
 /// Puts each probe `distance` (cells) off the plane of the seen place nearest to it, on the side
 /// that most of the places around it on this plane are seen from. A probe that no place looks up,
-/// `normal_bias` (cells) off its surface, stays.
+/// `normal_bias` (cells) off its surface, stays, and so does one that cannot get through a wall.
 pub fn snap(lattice: &Lattice, seen: &[Seen], distance: f32, normal_bias: f32) -> Vec<Vec3> {
     let mut around: Vec<Vec<u32>> = vec![Vec::new(); lattice.probe_count() as usize];
     let bias = normal_bias * lattice.cell();
@@ -54,5 +54,10 @@ fn beside<'s>(
         .sum();
     let side = if votes < 0 { -1.0 } else { 1.0 };
     let way = (side * distance * cell - off(&probe)) * normal;
+    // Who cannot get through a wall would be in it.
+    let is_behind = side * off(&probe) < 0.0;
+    if is_behind && way.length() > FARTHEST * cell {
+        return probe;
+    }
     probe + way.clamp_length_max(FARTHEST * cell)
 }

@@ -13,8 +13,24 @@ use crate::graph::{
 pub struct Maps {
     /// RGBA16F. rgb: irradiance, in steps of the probe's scale; a: share of it that meets nothing.
     pub irradiance: Arc<Image>,
+    /// RGBA16F. xyz: how its luminance changes with the place (a cell), in the same steps; one map
+    /// that nobody reads where [`Volume::has_gradients`] is false.
+    pub gradients: Arc<Image>,
     /// Of each probe: irradiance of a stored 1 (W/m²), a power of two.
     pub scales: Arc<Buffer>,
+}
+
+/// What is kept of each probe.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Kept {
+    /// Edge of a map of irradiance (texels).
+    pub irradiance_texels: u32,
+    /// Edge of a map of distances (texels), where look-ups ask for them.
+    pub moment_texels: Option<u32>,
+    /// Whether look-ups ask how irradiance changes with the place.
+    pub has_gradients: bool,
+    /// Bounces of light.
+    pub bounces: u32,
 }
 
 /// The probes, what they see, and their light.
@@ -34,6 +50,8 @@ pub struct Volume {
     pub moments: Arc<Image>,
     /// Whether look-ups ask for distances.
     pub has_moments: bool,
+    /// Whether look-ups ask how irradiance changes with the place.
+    pub has_gradients: bool,
     /// After one bounce.
     first: Maps,
     /// After two bounces or more, one and the other in turn.
@@ -78,47 +96,50 @@ fn buffer(gpu: &Gpu, name: &str, size_bytes: u64) -> Result<Arc<Buffer>, Error> 
     })
 }
 
+/// Beyond so many diagonals of a cell all distances count as one.
+const REACH_DIAGONALS: f32 = 1.5;
+
 impl Volume {
-    /// Makes room for the light of so many bounces, and of distances where there are texels for
-    /// them. Where probes stand is [`Volume::put`] next.
-    pub fn new(
-        gpu: &Gpu,
-        lattice: Lattice,
-        (irradiance_texels, moment_texels): (u32, Option<u32>),
-        bounces: u32,
-    ) -> Result<Self, Error> {
+    /// Makes room for maps. Where probes stand is [`Volume::put`] next.
+    pub fn new(gpu: &Gpu, lattice: Lattice, kept: &Kept) -> Result<Self, Error> {
         let count = lattice.probe_count();
         let columns = f64::from(count).sqrt().ceil() as u32;
         let layout = [columns, count.div_ceil(columns)];
+        let layout_where = |is_read: bool| if is_read { layout } else { [1, 1] };
         let maps = |index: u32| {
-            let format = (irradiance_texels, vk::Format::R16G16B16A16_SFLOAT);
+            let format = (kept.irradiance_texels, vk::Format::R16G16B16A16_SFLOAT);
+            let gradients = layout_where(kept.has_gradients);
             Ok(Maps {
                 irradiance: atlas(gpu, &format!("probes.irradiance{index}"), layout, format)?,
+                gradients: atlas(gpu, &format!("probes.gradients{index}"), gradients, format)?,
                 scales: buffer(gpu, &format!("probes.scales{index}"), 4 * u64::from(count))?,
             })
         };
+        let moment_texels = kept.moment_texels.unwrap_or(1);
         Ok(Volume {
             lattice,
             columns,
-            irradiance_texels,
-            moment_texels: moment_texels.unwrap_or(1),
+            irradiance_texels: kept.irradiance_texels,
+            moment_texels,
             places: buffer(gpu, "probes.places", 16 * u64::from(count))?,
             moments: atlas(
                 gpu,
                 "probes.moments",
-                if moment_texels.is_some() {
-                    layout
-                } else {
-                    [1, 1]
-                },
-                (moment_texels.unwrap_or(1), vk::Format::R16G16_SFLOAT),
+                layout_where(kept.moment_texels.is_some()),
+                (moment_texels, vk::Format::R16G16_SFLOAT),
             )?,
-            has_moments: moment_texels.is_some(),
+            has_moments: kept.moment_texels.is_some(),
+            has_gradients: kept.has_gradients,
             first: maps(0)?,
-            further: (1..bounces.min(3))
+            further: (1..kept.bounces.min(3))
                 .map(maps)
                 .collect::<Result<_, Error>>()?,
         })
+    }
+
+    /// The farthest that a probe sees (cells).
+    pub fn reach(&self) -> f32 {
+        REACH_DIAGONALS * self.lattice.diagonal() / self.lattice.cell()
     }
 
     /// Puts the probes at these places (m).

@@ -1,11 +1,12 @@
 //! The twin on the CPU, in f64: directions, maps, and how surfaces look them up.
 
+mod lookup;
+
+pub use lookup::{Asked, Place, Probe, Probes, light_of_probes};
+
 use std::f64::consts::{PI, TAU};
 
 use glam::{DMat3, DVec2, DVec3, DVec4, IVec2, UVec3};
-
-use super::lattice::Lattice;
-use super::lookup::{Lookup, Visibility};
 
 /// Octahedral place of a direction in [−1, 1]² (Meyer et al. 2010).
 pub fn octahedral(direction: DVec3) -> DVec2 {
@@ -146,82 +147,40 @@ pub fn moments(edge: u32, reach: f64, distance: impl Fn(DVec3) -> f64) -> Map {
     })
 }
 
-/// A probe.
-pub struct Probe {
-    /// Where it stands (m).
-    pub place: DVec3,
-    /// rgb: irradiance (W/m²); a: share of it that meets nothing.
-    pub irradiance: Map,
-    /// xy: mean and mean square of the distance that it sees (cells).
-    pub moments: Map,
+/// The same over all rays of a probe, with how far each goes (cells; infinitely where it meets
+/// nothing), by the 50th power of the cosine (Majercik et al. 2019).
+pub fn power_moments(edge: u32, reach: f64, rays: &[(DVec3, f64)]) -> Map {
+    Map::of(edge, |at| {
+        let axis = direction_of(at.truncate().as_dvec2() + 0.5, edge);
+        let (mut sum, mut weights) = (DVec2::ZERO, 0.0);
+        for (direction, distance) in rays {
+            let weight = axis.dot(*direction).max(0.0).powi(50);
+            let r = distance.min(reach);
+            sum += weight * DVec2::new(r, r * r);
+            weights += weight;
+        }
+        (sum / weights.max(1e-30)).extend(0.0).extend(0.0)
+    })
 }
 
-/// A place on a surface.
-#[derive(Clone, Copy, Debug)]
-pub struct Place {
-    /// m.
-    pub position: DVec3,
-    /// Of its plane, of unit length.
-    pub geometric_normal: DVec3,
-    /// The one that it is shaded with.
-    pub shading_normal: DVec3,
-}
+/// A ray of a probe for gradients: its direction, the luminance that it brings (W/(m² sr)), and,
+/// where it meets a surface, how far off (cells) and the surface's normal, either way.
+pub type Source = (DVec3, f64, Option<(f64, DVec3)>);
 
-/// Chebyshev's bound of the share that sees as far as `distance`, cubed.
-fn chebyshev(moments: DVec4, distance: f64) -> f64 {
-    if distance <= moments.x {
-        return 1.0;
-    }
-    let variance = (moments.y - moments.x * moments.x).abs();
-    (variance / (variance + (distance - moments.x).powi(2))).powi(3)
-}
-
-/// How much a probe counts for a surface, before the lattice's own weight.
-fn weight(probe: &Probe, place: &Place, lookup: &Lookup, cell: f64) -> f64 {
-    if lookup.visibility == Visibility::None {
-        return 1.0;
-    }
-    let way = probe.place - place.position;
-    let facing = place.geometric_normal.dot(way.normalize_or_zero()) * 0.5 + 0.5;
-    let mut weight = facing * facing + 0.2;
-    if lookup.visibility == Visibility::Moments {
-        let bias = f64::from(lookup.normal_bias) * cell;
-        let seen = place.position + bias * place.geometric_normal - probe.place;
-        let moments = probe.moments.at(seen.normalize_or(DVec3::Z));
-        let share = chebyshev(moments, seen.length() / cell);
-        weight *= share.max(f64::from(lookup.weight_floor));
-    }
-    let crush = f64::from(lookup.crush);
-    if weight < crush {
-        weight.powi(3) / (crush * crush)
-    } else {
-        weight
-    }
-}
-
-/// Irradiance (W/m²), and in w the ambient visibility, of the eight probes around a surface.
-pub fn light_of_probes(
-    lattice: &Lattice,
-    probe: impl Fn(u32) -> Probe,
-    place: &Place,
-    lookup: &Lookup,
-) -> DVec4 {
-    let cell = f64::from(lattice.cell());
-    let moved = place.position + f64::from(lookup.normal_bias) * cell * place.geometric_normal;
-    let last = (lattice.counts - 1).as_dvec3();
-    let at =
-        ((moved - lattice.first.as_dvec3()) / lattice.spacing.as_dvec3()).clamp(DVec3::ZERO, last);
-    let low = at.floor().min(last - 1.0);
-    let (mut sum, mut weights) = (DVec4::ZERO, 0.0);
-    for corner in 0..8u32 {
-        let step = UVec3::new(corner & 1, corner >> 1 & 1, corner >> 2).as_dvec3();
-        let share = (step * (at - low) + (1.0 - step) * (1.0 - at + low)).max(DVec3::splat(1e-3));
-        let index = (low + step).as_uvec3();
-        let counts = lattice.counts;
-        let probe = probe(index.x + counts.x * (index.y + counts.y * index.z));
-        let weight = share.element_product() * weight(&probe, place, lookup, cell);
-        sum += weight * probe.irradiance.at(place.shading_normal);
-        weights += weight;
-    }
-    sum / weights.max(1e-30)
+/// How the luminance of irradiance changes with the place (W/m² a cell), by direction: equation
+/// (6) of `docs/gi/probes.md`.
+pub fn gradients(rays: &[Source], edge: u32) -> Map {
+    Map::of(edge, |at| {
+        let n = direction_of(at.truncate().as_dvec2() + 0.5, edge);
+        let of_ray = |(direction, light, met): &Source| {
+            let (distance, surface) = (*met)?;
+            let cosine = n.dot(*direction);
+            let towards = -surface.dot(*direction);
+            let facing = surface * towards.signum() / towards.abs().max(0.1);
+            let change = cosine * (facing + 4.0 * *direction) - n;
+            (cosine > 0.0).then(|| light / distance.max(0.25) * change)
+        };
+        let sum: DVec3 = rays.iter().filter_map(of_ray).sum();
+        (4.0 * PI / rays.len() as f64 * sum).extend(0.0)
+    })
 }
