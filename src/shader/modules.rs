@@ -70,15 +70,28 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/probes/explore_query.comp.spv"),
     ),
     ("gi/probes/gather.comp", include_bytes!("../../spirv/gi/probes/gather.comp.spv")),
+    (
+        "gi/probes/gather_by_rays.comp",
+        include_bytes!("../../spirv/gi/probes/gather_by_rays.comp.spv"),
+    ),
+    (
+        "gi/probes/gather_by_rays_query.comp",
+        include_bytes!("../../spirv/gi/probes/gather_by_rays_query.comp.spv"),
+    ),
     ("gi/probes/light.comp", include_bytes!("../../spirv/gi/probes/light.comp.spv")),
     ("gi/probes/light_query.comp", include_bytes!("../../spirv/gi/probes/light_query.comp.spv")),
     ("gi/probes/moments.comp", include_bytes!("../../spirv/gi/probes/moments.comp.spv")),
+    (
+        "gi/probes/moments_power.comp",
+        include_bytes!("../../spirv/gi/probes/moments_power.comp.spv"),
+    ),
     (
         "gi/probes/moments_query.comp",
         include_bytes!("../../spirv/gi/probes/moments_query.comp.spv"),
     ),
     ("gi/probes/trace.comp", include_bytes!("../../spirv/gi/probes/trace.comp.spv")),
     ("gi/probes/trace_query.comp", include_bytes!("../../spirv/gi/probes/trace_query.comp.spv")),
+    ("gi/probes/view.comp", include_bytes!("../../spirv/gi/probes/view.comp.spv")),
     ("gi/ray_traced/gather.comp", include_bytes!("../../spirv/gi/ray_traced/gather.comp.spv")),
     (
         "gi/ray_traced/gather_cached.comp",
