@@ -62,6 +62,7 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("gi/lpv/sweep.comp", include_bytes!("../../spirv/gi/lpv/sweep.comp.spv")),
     ("gi/lpv/view.comp", include_bytes!("../../spirv/gi/lpv/view.comp.spv")),
     ("gi/probes/blend.comp", include_bytes!("../../spirv/gi/probes/blend.comp.spv")),
+    ("gi/probes/blend_sh.comp", include_bytes!("../../spirv/gi/probes/blend_sh.comp.spv")),
     ("gi/probes/bounce.comp", include_bytes!("../../spirv/gi/probes/bounce.comp.spv")),
     ("gi/probes/bounce_query.comp", include_bytes!("../../spirv/gi/probes/bounce_query.comp.spv")),
     ("gi/probes/explore.comp", include_bytes!("../../spirv/gi/probes/explore.comp.spv")),

@@ -8,9 +8,9 @@ use lumivox::frame::Renderer;
 use lumivox::gi::Inputs;
 use lumivox::gi::probes::Lattice;
 use lumivox::gi::probes::lookup::{Lookup, Visibility, gather};
-use lumivox::gi::probes::oracle::{self, Map, Place, Probe, Probes, direction_of};
+use lumivox::gi::probes::oracle::{self, Irradiance, Map, Place, Probe, Probes, direction_of};
 use lumivox::gi::probes::rays::{MomentFilter, ProbeRays};
-use lumivox::gi::probes::volume::{Kept, Volume};
+use lumivox::gi::probes::volume::{self, Kept, Volume};
 use lumivox::gi::shared::paths::PathScene;
 use lumivox::gi::shared::voxel::VoxelGrid;
 use lumivox::graph::{Frame, Gpu, Image};
@@ -75,7 +75,7 @@ fn with_border(map: &Map) -> Vec<DVec4> {
 /// Probes of a lattice, with room for two bounces and gradients.
 fn volume(gpu: &Gpu, lattice: Lattice, [light, moments]: [u32; 2]) -> Volume {
     let kept = Kept {
-        irradiance_texels: light,
+        irradiance: volume::Irradiance::Octahedral(light),
         moment_texels: Some(moments),
         has_gradients: true,
         bounces: 2,
@@ -271,6 +271,89 @@ fn gradients_are_the_oracles() {
                 assert!(off < 4e-3, "{}, probe {probe}: off by {off}", scene.name);
             }
         }
+    }
+}
+
+/// Blended harmonics are the oracle's, and so is what surfaces look up of them.
+#[test]
+fn harmonics_are_the_oracles() {
+    let gpu = gpu();
+    let mut random = Random::new(13);
+    for (scene, count) in scenes().into_iter().zip([100, 777]) {
+        let on_gpu = GpuScene::new(&gpu, &scene).unwrap();
+        let (paths, _) = PathScene::build(&gpu, &on_gpu).unwrap();
+        let lattice = Lattice::within(on_gpu.bounds, 3, 0.3);
+        let kept = Kept {
+            irradiance: volume::Irradiance::Harmonics,
+            moment_texels: None,
+            has_gradients: false,
+            bounces: 2,
+        };
+        let volume = Volume::new(&gpu, lattice, &kept).unwrap();
+        let places: Vec<Vec3> = lattice.places().collect();
+        volume.put(&gpu, &places).unwrap();
+        let probe_count = lattice.probe_count();
+        let rays = ProbeRays::new(&gpu, probe_count, count).unwrap();
+        let room = RAYS_A_ROW * (probe_count * count).div_ceil(RAYS_A_ROW);
+        let lights: Vec<[f32; 4]> = (0..room).map(|_| random_light(&mut random, 3.0)).collect();
+        gpu.upload_image(&rays.light, 0, 0, bytemuck::cast_slice(&lights))
+            .unwrap();
+        let [first, second] = [volume.lit(1), volume.lit(2)];
+        let view = View::new(&gpu, &on_gpu, &scene.camera, [40, 30], &METRES);
+        let lookup = Lookup {
+            visibility: Visibility::Facing,
+            ..LOOKUP
+        };
+        let mut frame = Frame::new();
+        frame.set_scene(&on_gpu.set, &on_gpu.materials);
+        rays.blend(&mut frame, &volume, [0, probe_count], [first, first], false);
+        rays.blend(&mut frame, &volume, [0, probe_count], [first, second], true);
+        let receivers = view.all(&on_gpu);
+        gather(
+            &mut frame,
+            &receivers,
+            &paths.rays,
+            (&volume, second),
+            &lookup,
+        );
+        gpu.submit(frame).unwrap();
+        // Twice the light, and the share that meets nothing of the first.
+        let harmonics: Vec<[DVec4; 9]> = (0..probe_count)
+            .map(|probe| {
+                let of = |ray: u32| lights[(probe * count + ray) as usize].map(f64::from);
+                let brought = (0..count)
+                    .map(|ray| (ray_direction(probe, ray, count), DVec4::from(of(ray))))
+                    .collect::<Vec<_>>();
+                oracle::blend_harmonics(&brought).map(|c| (2.0 * c.truncate()).extend(c.w))
+            })
+            .collect();
+        let probe = |probe: u32| Probe {
+            place: places[probe as usize].as_dvec3(),
+            irradiance: Irradiance::Harmonics(harmonics[probe as usize]),
+            gradients: None,
+            moments: Map::of(1, |_| DVec4::ZERO),
+        };
+        let probes = Probes {
+            lattice: &lattice,
+            probe: &probe,
+            sees: &|_, _| true,
+        };
+        let found = view.results(&gpu);
+        let off = found
+            .iter()
+            .zip(&view.receivers)
+            .map(|(found, (_, receiver))| {
+                let place = Place {
+                    position: receiver.position,
+                    geometric_normal: receiver.geometric_normal,
+                    shading_normal: receiver.shading_normal,
+                };
+                (*found - oracle::light_of_probes(&probes, &place, &lookup))
+                    .abs()
+                    .largest()
+            });
+        let off = off.worst();
+        assert!(off < 2e-2, "{}: off by {off}", scene.name);
     }
 }
 
@@ -483,7 +566,7 @@ impl RandomMaps {
         let [irradiance, moments, gradients] = self.probes[index as usize].clone();
         Probe {
             place: self.places[index as usize].as_dvec3(),
-            irradiance,
+            irradiance: Irradiance::Map(irradiance),
             gradients: Some(gradients),
             moments,
         }
@@ -694,9 +777,10 @@ fn every_bounce_adds_its_share() {
     let emitted = scene.materials[0].emission.x;
     let albedo = scene.materials[0].albedo.x;
     let entry = &lumivox::gi::probes::irradiance::ENTRY;
-    for bounces in 1..=5 {
+    for (bounces, irradiance) in (1..=5).flat_map(|of| [(of, "oct"), (of, "sh2")]) {
         let pairs = [
             format!("bounces={bounces}"),
+            format!("irradiance={irradiance}"),
             "probes=4".into(),
             "rays=64".into(),
         ];
@@ -709,7 +793,7 @@ fn every_bounce_adds_its_share() {
         let light = renderer.indirect_light().unwrap();
         for found in &light.irradiance.pixels {
             let off = (found / expected - 1.0).abs().largest();
-            assert!(off < 2e-3, "{bounces} bounces: off by {off}");
+            assert!(off < 2e-3, "{bounces} bounces, {irradiance}: off by {off}");
         }
     }
 }

@@ -156,6 +156,8 @@ fn views_of_distances_are_where_distances_are() {
             assert!(view(&renderer, name).is_some(), "{name}, {pair}");
         }
     }
+    let harmonics = renderer(&gpu, &scene, &["irradiance=sh2"]);
+    assert!(view(&harmonics, "probe-irradiance-maps").is_none());
     // In an open box without furniture every probe is seen.
     let furnace = bundled("furnace");
     let sight = view(&renderer(&gpu, &furnace, &[]), "probe-sight").unwrap();
@@ -176,6 +178,7 @@ fn figures_add_up_to_the_light_of_the_pixel() {
     for pairs in [
         &[][..],
         &["gradient=on"],
+        &["irradiance=sh2"],
         &["visibility=facing"],
         &["visibility=none"],
     ] {

@@ -23,21 +23,12 @@ layout(std430, set = 1, binding = 5) restrict writeonly buffer ProbeScales {
 layout(set = 1, binding = 6, rgba16f) uniform restrict writeonly image2D probe_irradiance;
 layout(set = 1, binding = 7, rgba16f) uniform restrict writeonly image2D probe_gradients;
 
-layout(push_constant) uniform BlendParams {
-    uint columns;
-    uint ray_count;      // of a probe
-    uint first_probe;    // of those that are lit
-    uint probe_count;    // of those
-    float cell_m;        // the smallest spacing
-} params;
-
+#include "gi/probes/blend_params.glsl"
 #include "shared/frame.glsl"
 #include "gi/probes/atlas.glsl"
 #include "gi/probes/gradient.glsl"
 #include "gi/probes/rays.glsl"
 
-// Of what half floats hold: the largest number that a probe stores.
-const float MOST_STORED = 1024.0;
 const uint MOST_TEXELS = 256u;
 
 const uint THREADS = gl_WorkGroupSize.x, TEXELS = 4u, RAYS = 64u;
@@ -115,10 +106,7 @@ void main() {
     largest[thread] = most;
     barrier();
     for (uint i = 0u; i < THREADS; ++i) most = max(most, largest[i]);
-    // A power of two, so that twice the light is the same numbers with twice the scale.
-    int exponent;
-    frexp(max(most, 1e-30) / MOST_STORED, exponent);
-    float scale = ldexp(1.0, exponent);
+    float scale = scale_for(most);
     if (thread == 0u) probe_scales[probe] = scale;
     for (uint texel = thread; texel < texel_count; texel += THREADS) {
         ivec2 place = ivec2(texel % edge, texel / edge);

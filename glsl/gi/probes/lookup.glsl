@@ -6,12 +6,14 @@
 
 #include "gi/probes/atlas.glsl"
 #include "gi/shared/screen/luminance.glsl"
+#include "gi/shared/sh.glsl"
 
 layout(constant_id = LOOKUP_CONSTANT) const uint IRRADIANCE_TEXELS = 8;
 layout(constant_id = LOOKUP_CONSTANT + 1) const uint MOMENT_TEXELS = 16;
 layout(constant_id = LOOKUP_CONSTANT + 2) const uint VISIBILITY = 2;   // what keeps probes out
 layout(constant_id = LOOKUP_CONSTANT + 3) const uint RINGS = 2;        // of further probes
 layout(constant_id = LOOKUP_CONSTANT + 4) const uint HAS_GRADIENTS = 0;
+layout(constant_id = LOOKUP_CONSTANT + 5) const uint IS_SH = 0;   // 1: harmonics in place of maps
 
 const uint VISIBILITY_NONE = 0u, VISIBILITY_MOMENTS = 2u, VISIBILITY_RAYS = 3u;
 
@@ -74,12 +76,29 @@ float crushed(float weight) {
     return weight < crush ? weight * weight * weight / (crush * crush) : weight;
 }
 
+// The same of spherical harmonics, a coefficient of radiance a texel.
+vec4 light_of_harmonics(uint probe, vec3 normal) {
+    ivec2 first = map_of(probe, params.lookup.columns, 1u);
+    float lobe[9] = sh_zonal3(SH_COSINE, normal);
+    vec4 sum = vec4(0.0);
+    for (int i = 0; i < 9; ++i) {
+        ivec2 texel = first + ivec2(i % 3, i / 3);
+        sum += lobe[i] * texelFetch(sampler2D(probe_irradiance, nearest_clamp), texel, 0);
+    }
+    return max(sum, vec4(0.0)) * vec4(vec3(1.0), 1.0 / PI);
+}
+
 // Where gradients lead, irradiance is at most so many times that of the probe.
 const float MOST_CHANGE = 3.0;
 
 // Irradiance of a probe [W/m²] as it is at a place near it, and in alpha the ambient visibility.
 vec4 light_of_probe(uint probe, vec3 position, vec3 normal) {
-    vec4 light = map_at(probe_irradiance, probe, IRRADIANCE_TEXELS, normal);
+    vec4 light;
+    if (IS_SH != 0u) {
+        light = light_of_harmonics(probe, normal);
+    } else {
+        light = map_at(probe_irradiance, probe, IRRADIANCE_TEXELS, normal);
+    }
     if (HAS_GRADIENTS != 0u) {
         vec3 gradient = map_at(probe_gradients, probe, IRRADIANCE_TEXELS, normal).xyz;
         vec3 way = (position - probe_places[probe].xyz) / params.lookup.spacing.w;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DVec3, DVec4, UVec2, UVec3, Vec3};
 
 use super::lookup::{Lookup, Visibility};
-use super::oracle::{Asked, Map, Place, Probe, Probes, light_of_probes};
+use super::oracle::{Asked, Irradiance, Map, Place, Probe, Probes, light_of_probes};
 use super::volume::{Maps, Volume};
 use crate::gi::inspect::BeamStart;
 use crate::graph::{Error, Gpu, Image};
@@ -61,6 +61,19 @@ impl<'v> Read<'v> {
         })
     }
 
+    /// The harmonics of a probe.
+    fn harmonics(&self, probe: u32, scale: f64) -> [DVec4; 9] {
+        let columns = self.volume.columns;
+        let first = 3 * UVec2::new(probe % columns, probe / columns);
+        std::array::from_fn(|at| {
+            let texel = first + UVec2::new(at as u32 % 3, at as u32 / 3);
+            let index = 4 * (texel.x + texel.y * columns * 3) as usize;
+            let halfs: [u16; 4] = std::array::from_fn(|part| self.irradiance[index + part]);
+            let [r, g, b, a] = halfs.map(|half| f64::from(float_from_half(half)));
+            (scale * DVec3::new(r, g, b)).extend(a)
+        })
+    }
+
     fn place(&self, probe: u32) -> Vec3 {
         let [x, y, z, _] = self.places[probe as usize];
         Vec3::new(x, y, z)
@@ -80,9 +93,14 @@ impl<'v> Read<'v> {
         } else {
             Map::of(1, |_| DVec4::ZERO)
         };
+        let irradiance = if self.volume.is_sh {
+            Irradiance::Harmonics(self.harmonics(probe, scale))
+        } else {
+            Irradiance::Map(scaled(&self.irradiance))
+        };
         Probe {
             place: self.place(probe).as_dvec3(),
-            irradiance: scaled(&self.irradiance),
+            irradiance,
             gradients: (self.volume.has_gradients).then(|| scaled(&self.gradients)),
             moments,
         }

@@ -10,14 +10,15 @@ use super::figures;
 use super::lattice::Lattice;
 use super::lookup::{Lookup, gather};
 use super::passes::{
-    BLEND, BOUNCE, EXPLORE, GATHER, GATHER_BY_RAYS, LIGHT, LookupRow, MOMENTS, MOMENTS_POWER, TRACE,
+    BLEND, BLEND_SH, BOUNCE, EXPLORE, GATHER, GATHER_BY_RAYS, LIGHT, LookupRow, MOMENTS,
+    MOMENTS_POWER, TRACE,
 };
 use super::rays::{MomentFilter, ProbeRays};
 use super::relocate::away;
 use super::settings::{PRESETS, RULES, SETTINGS};
 use super::snap::snap;
 use super::view::{self, VIEW, VIEWS};
-use super::volume::{Kept, Volume};
+use super::volume::{Irradiance, Kept, Volume};
 use crate::gi::entry::{Entry, Stage};
 use crate::gi::inspect::{BeamStart, ViewRow};
 use crate::gi::shared::paths::{self, PathScene};
@@ -40,6 +41,7 @@ pub static ENTRY: Entry = Entry {
         &LIGHT,
         &BOUNCE,
         &BLEND,
+        &BLEND_SH,
         &GATHER,
         &GATHER_BY_RAYS,
         &VIEW,
@@ -53,7 +55,10 @@ pub static ENTRY: Entry = Entry {
             "tracing",
             &["probes.trace", "probes.moments", "probes.moments_power"],
         ),
-        &Stage::store("lighting", &["probes.light", "probes.blend"]),
+        &Stage::store(
+            "lighting",
+            &["probes.light", "probes.blend", "probes.blend_sh"],
+        ),
         &Stage::store("bounces", &["probes.bounce"]),
         &Stage::picture("gather", &["probes.gather", "probes.gather_by_rays"]),
     ],
@@ -76,11 +81,15 @@ fn make(_context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique
         },
         rays: settings.count("rays"),
         kept: Kept {
-            irradiance_texels: settings.count("irradiance_texels"),
+            irradiance: if settings.is("irradiance", "sh2") {
+                Irradiance::Harmonics
+            } else {
+                Irradiance::Octahedral(settings.count("irradiance_texels"))
+            },
             moment_texels: settings
                 .is("visibility", "moments")
                 .then(|| settings.count("moment_texels")),
-            has_gradients: settings.is("gradient", "on"),
+            has_gradients: settings.is("irradiance", "oct") && settings.is("gradient", "on"),
             bounces: settings.count("bounces"),
         },
         uses_maps: settings.is("hit_light", "maps"),

@@ -87,6 +87,7 @@ impl Lookup {
             .constant(LOOKUP_CONSTANTS[2], self.visibility as u32)
             .constant(LOOKUP_CONSTANTS[3], self.rings)
             .constant(LOOKUP_CONSTANTS[4], volume.has_gradients)
+            .constant(LOOKUP_CONSTANTS[5], volume.is_sh)
     }
 }
 
@@ -125,10 +126,11 @@ pub(super) const LOOKUP_BINDINGS: [Binding; 5] = [
 ];
 
 /// The constants that it has for that.
-pub(super) const LOOKUP_CONSTANTS: [&str; 5] = [
+pub(super) const LOOKUP_CONSTANTS: [&str; 6] = [
     "IRRADIANCE_TEXELS",
     "MOMENT_TEXELS",
     "VISIBILITY",
     "RINGS",
     "HAS_GRADIENTS",
+    "IS_SH",
 ];

@@ -17,6 +17,6 @@ pub mod volume;
 
 pub use lattice::Lattice;
 pub use passes::{
-    BLEND, BOUNCE, EXPLORE, GATHER, GATHER_BY_RAYS, LIGHT, MOMENTS, MOMENTS_POWER, TRACE,
+    BLEND, BLEND_SH, BOUNCE, EXPLORE, GATHER, GATHER_BY_RAYS, LIGHT, MOMENTS, MOMENTS_POWER, TRACE,
 };
 pub use view::VIEW;

@@ -95,7 +95,7 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Parameters of `probes.blend`.
+    /// Parameters of `probes.blend` and `probes.blend_sh`.
     pub struct BlendParams {
         /// Maps beside each other in the image.
         pub columns: u32,
@@ -206,6 +206,7 @@ pub static BOUNCE: Pass = Pass {
         LOOKUP_CONSTANTS[2],
         LOOKUP_CONSTANTS[3],
         LOOKUP_CONSTANTS[4],
+        LOOKUP_CONSTANTS[5],
     ],
     params: Some(BounceParams::LAYOUT),
     sets: Sets::Scene,
@@ -236,6 +237,23 @@ pub static BLEND: Pass = Pass {
     sets: Sets::Scene,
 };
 
+/// The same as spherical harmonics of three bands. Reads what rays bring, writes 3×3 texels of
+/// RGBA16F a probe and their scales; a workgroup a probe.
+pub static BLEND_SH: Pass = Pass {
+    name: "probes.blend_sh",
+    shaders: Shaders::Compute("gi/probes/blend_sh.comp"),
+    bindings: &[
+        Binding::sampled("ray_light", Access::ComputeSampled),
+        Binding::sampled("before", Access::ComputeSampled),
+        Binding::buffer("scales_before", Access::ComputeRead),
+        Binding::buffer("probe_scales", Access::ComputeWrite),
+        Binding::image("probe_irradiance", Access::ComputeWrite),
+    ],
+    constants: &["ADDS"],
+    params: Some(BlendParams::LAYOUT),
+    sets: Sets::Scene,
+};
+
 /// Irradiance and ambient visibility of surfaces. Reads the G-buffer and maps, writes RGBA32F; a
 /// thread a pixel.
 pub static GATHER: Pass = Pass {
@@ -261,6 +279,7 @@ pub static GATHER_BY_RAYS: Pass = Pass {
         LOOKUP_CONSTANTS[2],
         LOOKUP_CONSTANTS[3],
         LOOKUP_CONSTANTS[4],
+        LOOKUP_CONSTANTS[5],
     ],
     params: Some(LookupParams::LAYOUT),
     sets: Sets::Scene,

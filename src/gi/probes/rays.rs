@@ -7,8 +7,8 @@ use glam::Vec3;
 use super::lookup::Lookup;
 use super::oracle;
 use super::passes::{
-    BLEND, BOUNCE, BlendParams, BounceParams, LIGHT, MOMENTS, MOMENTS_POWER, MomentParams,
-    RayLightParams, TRACE, TraceParams,
+    BLEND, BLEND_SH, BOUNCE, BlendParams, BounceParams, LIGHT, MOMENTS, MOMENTS_POWER,
+    MomentParams, RayLightParams, TRACE, TraceParams,
 };
 use super::volume::{Maps, Volume, store_image};
 use crate::gi::Inputs;
@@ -209,7 +209,7 @@ impl ProbeRays {
             .dispatch(linear_groups(all));
     }
 
-    /// Adds [`BLEND`] of some probes; `adds`: to what `before` has.
+    /// Adds [`BLEND`] or [`BLEND_SH`] of some probes; `adds`: to what `before` has.
     pub fn blend(
         &self,
         frame: &mut Frame,
@@ -224,19 +224,23 @@ impl ProbeRays {
         } else {
             (&self.light, &self.light, &volume.places)
         };
-        frame
-            .pass(&BLEND)
-            .bind("ray_hits", &self.hits)
-            .bind("ray_light", &self.light)
+        let pass = if volume.is_sh {
+            frame.pass(&BLEND_SH)
+        } else {
+            frame
+                .pass(&BLEND)
+                .bind("ray_hits", &self.hits)
+                .bind("gradients_before", gradients_before)
+                .bind("probe_gradients", &maps.gradients)
+                .constant("IRRADIANCE_TEXELS", volume.irradiance_texels)
+                .constant("HAS_GRADIENTS", volume.has_gradients)
+        };
+        pass.bind("ray_light", &self.light)
             .bind("before", light_before)
-            .bind("gradients_before", gradients_before)
             .bind("scales_before", scales_before)
             .bind("probe_scales", &maps.scales)
             .bind("probe_irradiance", &maps.irradiance)
-            .bind("probe_gradients", &maps.gradients)
-            .constant("IRRADIANCE_TEXELS", volume.irradiance_texels)
             .constant("ADDS", adds)
-            .constant("HAS_GRADIENTS", volume.has_gradients)
             .push(&BlendParams {
                 columns: volume.columns,
                 ray_count: self.count,

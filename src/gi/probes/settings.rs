@@ -49,6 +49,14 @@ pub(super) const SETTINGS: &[Setting] = &[
     },
     HIT_LIGHT,
     Setting {
+        name: "irradiance",
+        help: "how a probe keeps its irradiance: oct, an octahedral map, or sh2, spherical \
+               harmonics of three bands",
+        unit: "",
+        domain: Domain::Choice(&["oct", "sh2"]),
+        default: "oct",
+    },
+    Setting {
         name: "irradiance_texels",
         help: "edge of a probe's octahedral map of irradiance",
         unit: "texels",
@@ -159,14 +167,13 @@ pub(super) const PRESETS: &[Preset] = &[
 pub(super) const RULES: &[Rule] = &[
     Rule::always(
         Group::Structure,
-        &[
-            "probes",
-            "outer_layer",
-            "placement",
-            "irradiance_texels",
-            "gradient",
-        ],
+        &["probes", "outer_layer", "placement", "irradiance"],
     ),
+    Rule {
+        group: Group::Structure,
+        settings: &["irradiance_texels", "gradient"],
+        applies: |settings| settings.is("irradiance", "oct"),
+    },
     Rule {
         group: Group::Structure,
         settings: &["surface_distance"],

@@ -106,8 +106,12 @@ pub(super) static VIEWS: [ViewRow; 6] = [
 
 /// Whether there is such a view of a volume.
 pub(super) fn is_there(view: &ViewRow, volume: &Volume) -> bool {
-    let asks_distances = ["probe-distances", "probe-sight", "probe-distance-maps"];
-    VIEWS.contains(view) && (volume.has_moments || !asks_distances.contains(&view.name))
+    let is_drawn = match view.name {
+        "probe-distances" | "probe-sight" | "probe-distance-maps" => volume.has_moments,
+        "probe-irradiance-maps" => !volume.is_sh,
+        _ => true,
+    };
+    VIEWS.contains(view) && is_drawn
 }
 
 /// Adds the pass that draws one of them.

@@ -9,9 +9,11 @@ use crate::graph::{
     Buffer, BufferDesc, BufferUsage, Error, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Owner, vk,
 };
 
-/// The irradiance of all probes: an octahedral map each, in a border of one texel.
+/// The light of all probes, 3×3 texels of harmonics or an octahedral map each, in a border of one
+/// texel.
 pub struct Maps {
-    /// RGBA16F. rgb: irradiance, in steps of the probe's scale; a: share of it that meets nothing.
+    /// RGBA16F. rgb: irradiance, or radiance as harmonics, in steps of the probe's scale; a: share
+    /// of it that meets nothing.
     pub irradiance: Arc<Image>,
     /// RGBA16F. xyz: how its luminance changes with the place (a cell), in the same steps; one map
     /// that nobody reads where [`Volume::has_gradients`] is false.
@@ -20,11 +22,20 @@ pub struct Maps {
     pub scales: Arc<Buffer>,
 }
 
+/// How the irradiance of a probe is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Irradiance {
+    /// As an octahedral map of so many texels along an edge.
+    Octahedral(u32),
+    /// As radiance in spherical harmonics of three bands: 3×3 texels, no border.
+    Harmonics,
+}
+
 /// What is kept of each probe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Kept {
-    /// Edge of a map of irradiance (texels).
-    pub irradiance_texels: u32,
+    /// How irradiance is kept.
+    pub irradiance: Irradiance,
     /// Edge of a map of distances (texels), where look-ups ask for them.
     pub moment_texels: Option<u32>,
     /// Whether look-ups ask how irradiance changes with the place.
@@ -39,8 +50,10 @@ pub struct Volume {
     pub lattice: Lattice,
     /// Maps beside each other in the images.
     pub columns: u32,
-    /// Edge of a map of irradiance (texels).
+    /// Edge of a map of irradiance (texels); 1, with its border, is what harmonics take.
     pub irradiance_texels: u32,
+    /// Whether irradiance is kept as harmonics.
+    pub is_sh: bool,
     /// Edge of a map of distances (texels).
     pub moment_texels: u32,
     /// xyz of each probe: where it stands (m).
@@ -106,8 +119,12 @@ impl Volume {
         let columns = f64::from(count).sqrt().ceil() as u32;
         let layout = [columns, count.div_ceil(columns)];
         let layout_where = |is_read: bool| if is_read { layout } else { [1, 1] };
+        let irradiance_texels = match kept.irradiance {
+            Irradiance::Octahedral(texels) => texels,
+            Irradiance::Harmonics => 1,
+        };
         let maps = |index: u32| {
-            let format = (kept.irradiance_texels, vk::Format::R16G16B16A16_SFLOAT);
+            let format = (irradiance_texels, vk::Format::R16G16B16A16_SFLOAT);
             let gradients = layout_where(kept.has_gradients);
             Ok(Maps {
                 irradiance: atlas(gpu, &format!("probes.irradiance{index}"), layout, format)?,
@@ -119,7 +136,8 @@ impl Volume {
         Ok(Volume {
             lattice,
             columns,
-            irradiance_texels: kept.irradiance_texels,
+            irradiance_texels,
+            is_sh: kept.irradiance == Irradiance::Harmonics,
             moment_texels,
             places: buffer(gpu, "probes.places", 16 * u64::from(count))?,
             moments: atlas(

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, DVec4, IVec3, UVec3};
 
-use super::Map;
+use super::{Irradiance, Map};
 use crate::gi::probes::lattice::Lattice;
 use crate::gi::probes::lookup::{Lookup, Visibility};
 
@@ -10,8 +10,8 @@ use crate::gi::probes::lookup::{Lookup, Visibility};
 pub struct Probe {
     /// Where it stands (m).
     pub place: DVec3,
-    /// rgb: irradiance (W/m²); a: share of it that meets nothing.
-    pub irradiance: Map,
+    /// Its light.
+    pub irradiance: Irradiance,
     /// xyz: how its luminance changes with the place (W/m² a cell), where that is kept.
     pub gradients: Option<Map>,
     /// xy: mean and mean square of the distance that it sees (cells).

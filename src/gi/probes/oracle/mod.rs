@@ -8,6 +8,8 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DMat3, DVec2, DVec3, DVec4, IVec2, UVec3};
 
+use crate::gi::shared::sh;
+
 /// Octahedral place of a direction in [−1, 1]² (Meyer et al. 2010).
 pub fn octahedral(direction: DVec3) -> DVec2 {
     let p = direction.truncate() / direction.abs().element_sum();
@@ -130,6 +132,49 @@ pub fn blend(rays: &[(DVec3, DVec4)], edge: u32) -> Map {
         let mean = sum / weights.max(1e-30);
         (mean.truncate() * PI).extend(mean.w)
     })
+}
+
+/// Radiance, and the share of directions that meets nothing, as spherical harmonics of three bands:
+/// 4π/n Σ L Y(ω) of rays as [`blend`] has them.
+pub fn blend_harmonics(rays: &[(DVec3, DVec4)]) -> [DVec4; 9] {
+    let mut sums = [DVec4::ZERO; 9];
+    for (direction, light) in rays {
+        let mut basis = [0.0; 9];
+        sh::evaluate(3, *direction, &mut basis);
+        for (sum, basis) in sums.iter_mut().zip(basis) {
+            *sum += basis * *light;
+        }
+    }
+    sums.map(|sum| sum * (4.0 * PI / rays.len() as f64))
+}
+
+/// The light of a probe.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Irradiance {
+    /// rgb: irradiance (W/m²); a: share of it that meets nothing.
+    Map(Map),
+    /// The same of [`blend_harmonics`].
+    Harmonics([DVec4; 9]),
+}
+
+impl Irradiance {
+    /// On a surface of this normal.
+    pub fn at(&self, normal: DVec3) -> DVec4 {
+        match self {
+            Irradiance::Map(map) => map.at(normal),
+            Irradiance::Harmonics(coefficients) => {
+                let mut basis = [0.0; 9];
+                sh::evaluate(3, normal, &mut basis);
+                let factors = sh::clamped_cosine(3);
+                let terms = coefficients.iter().zip(basis).enumerate();
+                let sum: DVec4 = terms
+                    .map(|(at, (coefficient, basis))| factors[at.isqrt()] * basis * *coefficient)
+                    .sum();
+                let sum = sum.max(DVec4::ZERO);
+                sum.truncate().extend(sum.w / PI)
+            }
+        }
+    }
 }
 
 /// Mean and mean square of distances (cells) by direction, of 2×2 rays through each texel; beyond

@@ -1,0 +1,69 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// probes.blend_sh: the radiance that comes to each probe as spherical harmonics of three bands,
+// 4π/n Σ L Y(ω) over its rays, and the share of directions that meets nothing. A workgroup a probe;
+// a coefficient is a texel of its 3×3.
+layout(local_size_x = 64) in;
+
+layout(constant_id = 0) const uint ADDS = 0;   // 1: to what `before` has, whose alpha stays
+
+layout(set = 1, binding = 0) uniform texture2D ray_light;
+layout(set = 1, binding = 1) uniform texture2D before;
+layout(std430, set = 1, binding = 2) restrict readonly buffer ScalesBefore {
+    float scales_before[];
+};
+layout(std430, set = 1, binding = 3) restrict writeonly buffer ProbeScales {
+    float probe_scales[];
+};
+layout(set = 1, binding = 4, rgba16f) uniform restrict writeonly image2D probe_irradiance;
+
+#include "gi/probes/blend_params.glsl"
+#include "shared/frame.glsl"
+#include "gi/probes/atlas.glsl"
+#include "gi/probes/rays.glsl"
+#include "gi/shared/sh.glsl"
+
+const uint THREADS = gl_WorkGroupSize.x, COEFFICIENTS = 9u;
+
+shared vec4 parts[THREADS * COEFFICIENTS];
+shared vec4 results[COEFFICIENTS];
+
+void main() {
+    uint index = gl_WorkGroupID.x + gl_WorkGroupID.y * 65535u;
+    if (index >= params.probe_count) return;
+    uint thread = gl_LocalInvocationID.x, probe = params.first_probe + index;
+    mat3 turn = turn_of(probe);
+    vec4 sums[COEFFICIENTS];
+    for (uint i = 0u; i < COEFFICIENTS; ++i) sums[i] = vec4(0.0);
+    for (uint ray = thread; ray < params.ray_count; ray += THREADS) {
+        float basis[9] = sh_evaluate3(turn * fibonacci(ray, params.ray_count));
+        ivec2 place = texel_of_ray(index * params.ray_count + ray);
+        vec4 light = texelFetch(sampler2D(ray_light, nearest_clamp), place, 0);
+        for (uint i = 0u; i < COEFFICIENTS; ++i) sums[i] += basis[i] * light;
+    }
+    for (uint i = 0u; i < COEFFICIENTS; ++i) parts[i * THREADS + thread] = sums[i];
+    barrier();
+    ivec2 texel = map_of(probe, params.columns, 1u) + ivec2(thread % 3u, thread / 3u);
+    if (thread < COEFFICIENTS) {
+        vec4 sum = vec4(0.0);
+        for (uint i = 0u; i < THREADS; ++i) sum += parts[thread * THREADS + i];
+        sum *= 4.0 * PI / float(params.ray_count);
+        if (ADDS != 0u) {
+            vec4 first = texelFetch(sampler2D(before, nearest_clamp), texel, 0);
+            sum = vec4(sum.rgb + first.rgb * scales_before[probe], first.a);
+        }
+        results[thread] = sum;
+    }
+    barrier();
+    float most = 0.0;
+    for (uint i = 0u; i < COEFFICIENTS; ++i) {
+        vec3 size = abs(results[i].rgb);
+        most = max(most, max(size.r, max(size.g, size.b)));
+    }
+    float scale = scale_for(most);
+    if (thread == 0u) probe_scales[probe] = scale;
+    if (thread < COEFFICIENTS) {
+        vec4 stored = vec4(results[thread].rgb / scale, results[thread].a);
+        imageStore(probe_irradiance, texel, stored);
+    }
+}
