@@ -24,8 +24,8 @@ use lumivox::gi::shared::cone::oracle::{
 use lumivox::gi::shared::cone::{ConeTracer, FaceWeights, cone_set};
 use lumivox::gi::shared::voxel::oracle::{self, TraceGrid, TraceVoxel, VoxelIndex};
 use lumivox::gi::shared::voxel::{
-    Directionality, Faces, Injection, LightSettings, Method, Prefilter, RaySettings, RayTracer,
-    Sides, Viewer, VoxelBounces, VoxelLight, VoxelRecords,
+    Directionality, Faces, Injection, LightBounces, LightSettings, Method, Prefilter, RaySettings,
+    RayTracer, Sides, Viewer, VoxelLight, VoxelRecords,
 };
 use lumivox::gi::voxel_cones::mips::{filter_mips, radiance_image};
 use lumivox::gi::voxel_cones::svo::{BrickPool, BrickSettings, NodePool, PieceVoxelizer};
@@ -56,7 +56,7 @@ impl Lit {
             .unwrap();
         let read = voxelize(gpu, &gpu_scene, voxel_settings(resolution, Method::Compute));
         let settings = LightSettings {
-            bounces: VoxelBounces::Count(2),
+            bounces: LightBounces::Count(2),
             ..LightSettings::direct(Injection::Voxel, sides)
         };
         let light = VoxelLight::new(gpu, &gpu_scene, &read.voxels, settings).unwrap();
@@ -407,7 +407,7 @@ fn bounces_of_pieces_are_those_of_the_whole() {
         .set_frame(&gpu, &gpu_scene.frame_constants(&scene.camera, [8, 8]))
         .unwrap();
     let light_settings = LightSettings {
-        bounces: VoxelBounces::Count(2),
+        bounces: LightBounces::Count(2),
         ..LightSettings::direct(Injection::Voxel, Sides::One)
     };
     let gatherer = Gatherer::new(&gpu, &settings("svo", "cones", &["bounces=2"])).unwrap();
@@ -512,12 +512,13 @@ fn one_bounce_has_nothing_of_the_others() {
             let settings = case.settings(&[("resolution", "16"), ("bounces", bounces)]);
             let (mut renderer, _) =
                 Renderer::new(&gpu, &scene, case.entry, &settings, frame(8, 8, 64)).unwrap();
+            renderer.render(&scene.camera).unwrap();
             let stats = renderer.render(&scene.camera).unwrap();
             let passes = stats.passes.iter().any(|pass| pass.name.contains("bounce"));
-            let bytes = gpu
-                .memory()
-                .iter()
-                .any(|(name, _)| name == "voxel.irradiance" || name == "cone.bounce_set");
+            let bytes = gpu.memory().iter().any(|(name, _)| {
+                ["voxel.irradiance", "cone.bounce_set", "probes.irradiance1"]
+                    .contains(&name.as_str())
+            });
             assert_eq!(
                 [passes, bytes],
                 expected,

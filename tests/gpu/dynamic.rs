@@ -20,7 +20,7 @@ use lumivox::frame::Renderer;
 use lumivox::gi::shared::voxel::build::passes::Voxel;
 use lumivox::gi::shared::voxel::oracle::{self, VoxelIndex};
 use lumivox::gi::shared::voxel::{
-    DynamicVoxels, Injection, LightSettings, Method, Sides, VoxelBounces, VoxelLight, Voxelizer,
+    DynamicVoxels, Injection, LightBounces, LightSettings, Method, Sides, VoxelLight, Voxelizer,
     Voxels,
 };
 use lumivox::graph::{FrameStats, Gpu};
@@ -452,7 +452,7 @@ fn static_voxels_keep_what_they_gathered() {
         add_model(&mut scene, model, &poses);
         let mut follower = Follower::new(&gpu, &scene, 32);
         let settings = LightSettings {
-            bounces: VoxelBounces::Feedback,
+            bounces: LightBounces::Feedback,
             ..LightSettings::direct(Injection::Voxel, sides)
         };
         let mut light =

@@ -26,8 +26,8 @@ use lumivox::gi::shared::voxel::oracle::{
     bounce_receiver, gather_emitters, gather_emitters_triangles, seed_of, unhidden, voxel_pattern,
 };
 use lumivox::gi::shared::voxel::{
-    CANDIDATES, EmitterPoints, Injection, LightSettings, Method, RaySettings, RayTracer, Sides,
-    VoxelBounces, VoxelGrid, VoxelLight, VoxelRecords, emitter_rows,
+    CANDIDATES, EmitterPoints, Injection, LightBounces, LightSettings, Method, RaySettings,
+    RayTracer, Sides, VoxelGrid, VoxelLight, VoxelRecords, emitter_rows,
 };
 use lumivox::gi::voxel_cones::mips::space;
 use lumivox::graph::{Frame, Gpu};
@@ -253,7 +253,7 @@ fn light_from_points_to_voxels_is_the_oracles() {
         .flat_map(|_| [before[0], before[1], before[2], 0])
         .collect();
     let light_settings = LightSettings {
-        bounces: VoxelBounces::Count(2),
+        bounces: LightBounces::Count(2),
         ..LightSettings::direct(Injection::Voxel, Sides::Two)
     };
     let light = VoxelLight::new(&gpu, &gpu_scene, &read.voxels, light_settings).unwrap();

@@ -126,17 +126,29 @@ struct Life {
 }
 
 /// Few, which run every pass of every technique between them.
-const LIVES: [Life; 43] = [
+const LIVES: [Life; 44] = [
     Life {
         technique: "irradiance-probes",
         preset: Some("accurate"),
-        pairs: &[("probes", "4"), ("rays", "32"), ("bounces", "3")],
+        pairs: &[
+            ("probes", "4"),
+            ("rays", "32"),
+            ("bounces", "3"),
+            ("visibility", "rays"),
+            ("gradient", "on"),
+        ],
         surfaces: Surfaces::Emissive,
     },
     Life {
         technique: "irradiance-probes",
         preset: Some("fast"),
-        pairs: &[("probes", "4"), ("bounces", "2")],
+        pairs: &[("probes", "4"), ("bounces", "2"), ("irradiance", "sh2")],
+        surfaces: Surfaces::Glossy,
+    },
+    Life {
+        technique: "irradiance-probes",
+        preset: Some("textbook"),
+        pairs: &[("probes", "4"), ("rays", "32"), ("bounces", "feedback")],
         surfaces: Surfaces::Glossy,
     },
     Life {

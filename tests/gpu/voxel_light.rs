@@ -30,7 +30,7 @@ const DEFAULT: LightSettings = LightSettings {
     injection: Injection::Voxel,
     sides: Sides::One,
     stores_faces: false,
-    bounces: lumivox::gi::shared::voxel::VoxelBounces::Count(1),
+    bounces: lumivox::gi::shared::voxel::LightBounces::Count(1),
     attenuation: Attenuation::Standard,
     occlusion: Occlusion::RaysSoft,
     kappa: 0.0,

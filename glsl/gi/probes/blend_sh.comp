@@ -1,8 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// probes.blend_sh: the radiance that comes to each probe as spherical harmonics of three bands,
-// 4π/n Σ L Y(ω) over its rays, and the share of directions that meets nothing. A workgroup a probe;
-// a coefficient is a texel of its 3×3.
+// probes.blend_sh: the radiance that comes to each probe as spherical harmonics of three bands, and
+// the share of directions that meets nothing: 4π/n Σ (L − L̄) Y(ω) over its rays, and their mean L̄
+// itself, so that a uniform L is exact for any rays. A workgroup a probe; a coefficient is a texel
+// of its 3×3.
 layout(local_size_x = 64) in;
 
 layout(constant_id = 0) const uint ADDS = 0;   // 1: to what `before` has, whose alpha stays
@@ -26,6 +27,7 @@ layout(set = 1, binding = 4, rgba16f) uniform restrict writeonly image2D probe_i
 const uint THREADS = gl_WorkGroupSize.x, COEFFICIENTS = 9u;
 
 shared vec4 parts[THREADS * COEFFICIENTS];
+shared float bases[THREADS * COEFFICIENTS];
 shared vec4 results[COEFFICIENTS];
 
 void main() {
@@ -34,19 +36,35 @@ void main() {
     uint thread = gl_LocalInvocationID.x, probe = params.first_probe + index;
     mat3 turn = turn_of(probe);
     vec4 sums[COEFFICIENTS];
-    for (uint i = 0u; i < COEFFICIENTS; ++i) sums[i] = vec4(0.0);
+    float own[COEFFICIENTS];
+    for (uint i = 0u; i < COEFFICIENTS; ++i) {
+        sums[i] = vec4(0.0);
+        own[i] = 0.0;
+    }
     for (uint ray = thread; ray < params.ray_count; ray += THREADS) {
         float basis[9] = sh_evaluate3(turn * fibonacci(ray, params.ray_count));
         ivec2 place = texel_of_ray(index * params.ray_count + ray);
         vec4 light = texelFetch(sampler2D(ray_light, nearest_clamp), place, 0);
-        for (uint i = 0u; i < COEFFICIENTS; ++i) sums[i] += basis[i] * light;
+        for (uint i = 0u; i < COEFFICIENTS; ++i) {
+            sums[i] += basis[i] * light;
+            own[i] += basis[i];
+        }
     }
-    for (uint i = 0u; i < COEFFICIENTS; ++i) parts[i * THREADS + thread] = sums[i];
+    for (uint i = 0u; i < COEFFICIENTS; ++i) {
+        parts[i * THREADS + thread] = sums[i];
+        bases[i * THREADS + thread] = own[i];
+    }
     barrier();
     ivec2 texel = map_of(probe, params.columns, 1u) + ivec2(thread % 3u, thread / 3u);
     if (thread < COEFFICIENTS) {
-        vec4 sum = vec4(0.0);
-        for (uint i = 0u; i < THREADS; ++i) sum += parts[thread * THREADS + i];
+        vec4 sum = vec4(0.0), all = vec4(0.0);
+        float base = 0.0;
+        for (uint i = 0u; i < THREADS; ++i) {
+            sum += parts[thread * THREADS + i];
+            all += parts[i];
+            base += bases[thread * THREADS + i];
+        }
+        if (thread > 0u) sum -= all * (base / (SH_Y0 * float(params.ray_count)));
         sum *= 4.0 * PI / float(params.ray_count);
         if (ADDS != 0u) {
             vec4 first = texelFetch(sampler2D(before, nearest_clamp), texel, 0);

@@ -18,9 +18,10 @@ use super::relocate::away;
 use super::settings::{PRESETS, RULES, SETTINGS};
 use super::snap::snap;
 use super::view::{self, VIEW, VIEWS};
-use super::volume::{Irradiance, Kept, Volume};
+use super::volume::{Irradiance, Kept, Maps, Volume};
 use crate::gi::entry::{Entry, Stage};
 use crate::gi::inspect::{BeamStart, ViewRow};
+use crate::gi::shared::bounces::LightBounces;
 use crate::gi::shared::paths::{self, PathScene};
 use crate::gi::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
@@ -29,7 +30,8 @@ use crate::shader::GpuStruct;
 
 /// The row of the registry.
 pub static ENTRY: Entry = Entry {
-    bounces: |settings| Some(settings.count("bounces")),
+    bounces: |settings| LightBounces::new(settings).count(),
+    frames_to_rest: |settings| LightBounces::new(settings).frames_to_rest(),
     settings: &[SETTINGS],
     rules: &[RULES],
     presets: PRESETS,
@@ -70,6 +72,7 @@ pub static ENTRY: Entry = Entry {
 };
 
 fn make(_context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
+    let bounces = LightBounces::new(settings);
     Ok(Box::new(IrradianceProbes {
         probes: settings.count("probes"),
         outer_layer: settings.number("outer_layer"),
@@ -90,8 +93,9 @@ fn make(_context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique
                 .is("visibility", "moments")
                 .then(|| settings.count("moment_texels")),
             has_gradients: settings.is("irradiance", "oct") && settings.is("gradient", "on"),
-            bounces: settings.count("bounces"),
+            bounces: bounces.count().unwrap_or(FEEDBACK_BOUNCES),
         },
+        bounces,
         uses_maps: settings.is("hit_light", "maps"),
         lookup: Lookup::new(settings),
         built: None,
@@ -128,10 +132,23 @@ impl Placement {
 /// Steps in which probes move away from surfaces.
 const RELOCATIONS: u32 = 3;
 
+/// Bounces for which there is room where they are fed back: after the second, one and the other in
+/// turn.
+const FEEDBACK_BOUNCES: u32 = 3;
+
 struct Built {
     scene: PathScene,
     volume: Volume,
     rays: ProbeRays,
+    /// Bounces that the probes' light has.
+    lit: u32,
+}
+
+impl Built {
+    /// The maps that have the light of the last frame.
+    fn maps(&self) -> &Maps {
+        self.volume.lit(self.lit)
+    }
 }
 
 struct IrradianceProbes {
@@ -141,6 +158,7 @@ struct IrradianceProbes {
     moment_filter: MomentFilter,
     rays: u32,
     kept: Kept,
+    bounces: LightBounces,
     uses_maps: bool,
     lookup: Lookup,
     built: Option<Built>,
@@ -213,6 +231,7 @@ impl Technique for IrradianceProbes {
             scene: own,
             volume: Volume::new(gpu, lattice, &self.kept)?,
             rays: ProbeRays::new(gpu, lattice.probe_count(), self.rays)?,
+            lit: 0,
         };
         stats.append(self.place(context, &built)?);
         self.built = Some(built);
@@ -233,17 +252,21 @@ impl Technique for IrradianceProbes {
     }
 
     fn update(&mut self, frame: &mut Frame, given: &Inputs<'_>) {
-        if let Some(built) = &self.built {
-            let how = (&self.lookup, self.kept.bounces, self.uses_maps);
-            built
-                .rays
-                .light(frame, given, &built.scene, &built.volume, how);
-        }
+        let Some(built) = &mut self.built else { return };
+        let bounces = match self.bounces {
+            LightBounces::Count(count) => 2..=count,
+            LightBounces::Feedback => (built.lit + 1).max(2)..=built.lit + 1,
+        };
+        built.lit = *bounces.end();
+        let how = (&self.lookup, bounces, self.uses_maps);
+        built
+            .rays
+            .light(frame, given, &built.scene, &built.volume, how);
     }
 
     fn gather(&mut self, frame: &mut Frame, _given: &Inputs<'_>, receivers: &Receivers<'_>) {
         let Some(built) = &self.built else { return };
-        let maps = built.volume.lit(self.kept.bounces);
+        let maps = built.maps();
         let of = (&built.volume, maps);
         gather(frame, receivers, &built.scene.rays, of, &self.lookup);
     }
@@ -272,7 +295,7 @@ impl Inspect for IrradianceProbes {
         seen: &Arc<Image>,
     ) {
         let Some(built) = &self.built else { return };
-        let maps = built.volume.lit(self.kept.bounces);
+        let maps = built.maps();
         let of = (&built.volume, maps, &self.lookup);
         view::draw(frame, view, of, (gbuffer, seen));
     }
@@ -285,7 +308,7 @@ impl Inspect for IrradianceProbes {
         let Some(built) = &self.built else {
             return Ok(Vec::new());
         };
-        let maps = built.volume.lit(self.kept.bounces);
+        let maps = built.maps();
         let of = (&built.volume, maps, &self.lookup);
         figures::figures(context.gpu, of, start)
     }

@@ -1,5 +1,6 @@
 //! The rays of probes: what they meet, and what they bring.
 
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use glam::Vec3;
@@ -140,15 +141,15 @@ impl ProbeRays {
         Ok(probes.map(of_probe).collect())
     }
 
-    /// Adds the passes that light all probes anew: by the lights and what emits, then bounce after
-    /// bounce, each of which adds to the light of the first.
+    /// Adds the passes that light all probes anew: by the lights and what emits, then with each of
+    /// these bounces, 2 or more, what the one before has left, which adds to the light of the first.
     pub fn light(
         &self,
         frame: &mut Frame,
         given: &Inputs<'_>,
         scene: &PathScene,
         volume: &Volume,
-        (lookup, bounces, uses_maps): (&Lookup, u32, bool),
+        (lookup, bounces, uses_maps): (&Lookup, RangeInclusive<u32>, bool),
     ) {
         let first = volume.lit(1);
         self.each_part(volume, |probes| {
@@ -165,14 +166,12 @@ impl ProbeRays {
                 .dispatch(linear_groups(all));
             self.blend(frame, volume, probes, [first, first], false);
         });
-        let mut last = first;
-        for bounce in 2..=bounces {
-            let next = volume.lit(bounce);
+        for bounce in bounces {
+            let [last, next] = [bounce - 1, bounce].map(|bounce| volume.lit(bounce));
             self.each_part(volume, |probes| {
                 self.bounce(frame, given, scene, (volume, last), lookup, probes);
                 self.blend(frame, volume, probes, [first, next], true);
             });
-            last = next;
         }
     }
 

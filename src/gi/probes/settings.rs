@@ -124,9 +124,10 @@ pub(super) const SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "bounces",
-        help: "indirect bounces",
+        help: "indirect bounces: so many in each frame, or feedback: one more with each frame, \
+               from what probes had in the last one",
         unit: "",
-        domain: Domain::Count { min: 1, max: 8 },
+        domain: Domain::Choice(&["1", "2", "3", "4", "5", "6", "7", "8", "feedback"]),
         default: "1",
     },
 ];

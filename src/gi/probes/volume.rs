@@ -40,7 +40,7 @@ pub struct Kept {
     pub moment_texels: Option<u32>,
     /// Whether look-ups ask how irradiance changes with the place.
     pub has_gradients: bool,
-    /// Bounces of light.
+    /// Bounces of light, 3 or more where they are fed back.
     pub bounces: u32,
 }
 

@@ -1,5 +1,6 @@
 //! Parts that several families use. They name no technique.
 
+pub mod bounces;
 pub mod cone;
 pub mod interleave;
 pub(in crate::gi) mod loops;

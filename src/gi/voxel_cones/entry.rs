@@ -4,7 +4,7 @@ use super::rules::RULES;
 use crate::gi::entry::{Directions, Entry, Make, Stage, Substitution};
 use crate::gi::inspect::{Channels, Scale, ViewRow};
 use crate::gi::shared::cone::{self, VolumePasses};
-use crate::gi::shared::voxel::{self, SpacePasses, VoxelBounces, trace};
+use crate::gi::shared::voxel::{self, LightBounces, SpacePasses, trace};
 use crate::graph::Pass;
 use crate::render::bvh::HOST_WORK;
 
@@ -80,8 +80,8 @@ pub(super) const VIEWS: &[ViewRow] = &[
 /// What all rows of the family have in common.
 pub(super) const fn entry(name: &'static str, summary: &'static str, make: Make) -> Entry {
     Entry {
-        bounces: |settings| VoxelBounces::new(settings).count(),
-        frames_to_rest: |settings| VoxelBounces::new(settings).frames_to_rest(),
+        bounces: |settings| LightBounces::new(settings).count(),
+        frames_to_rest: |settings| LightBounces::new(settings).frames_to_rest(),
         check: cone::check,
         emission_in_slots: |settings| {
             if cone::EmitterMethod::new(settings) == cone::EmitterMethod::Gather {

@@ -19,7 +19,7 @@ pub use store::{Relit, VoxelStore};
 use crate::gi::inspect::{Beam, BeamAxis, BeamStart, LightSlots, ViewRow};
 use crate::gi::shared::cone::{EmissivePatches, EmitterMethod, VoxelVolume};
 use crate::gi::shared::voxel::{
-    EmissionSeenBy, EmitterPoints, Injection, LightInputs, Viewer, VoxelBounces, VoxelSlots,
+    EmissionSeenBy, EmitterPoints, Injection, LightBounces, LightInputs, Viewer, VoxelSlots,
 };
 use crate::gi::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
@@ -211,7 +211,7 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
             };
             self.store.relight(frame, lights, relit);
         }
-        if bounces == VoxelBounces::Feedback {
+        if bounces == LightBounces::Feedback {
             self.store.bounce(frame, &self.gatherer);
             if self.emitters.seen_by() != EmissionSeenBy::All {
                 self.store.relight(frame, lights, Relit::FOR_PICTURE);

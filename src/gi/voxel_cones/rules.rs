@@ -5,7 +5,7 @@ use crate::gi::Settings;
 use crate::gi::settings::{Group, Rule};
 use crate::gi::shared::cone::EmitterMethod;
 use crate::gi::shared::interleave::Pattern;
-use crate::gi::shared::voxel::{Directionality, VoxelBounces};
+use crate::gi::shared::voxel::{Directionality, LightBounces};
 
 /// All rules; a test changes what does not apply, and finds the same picture.
 pub(super) const RULES: &[Rule] = &[
@@ -143,7 +143,7 @@ pub(super) const RULES: &[Rule] = &[
         group: Group::Gather,
         settings: &["ray_start", "self_height", "contour_slack"],
         applies: |settings| {
-            let meets_voxels = VoxelBounces::new(settings).any()
+            let meets_voxels = LightBounces::new(settings).any()
                 || EmitterMethod::new(settings) == EmitterMethod::Points;
             settings.is("gather", "rays") || settings.is("gather", "triangles") && meets_voxels
         },
@@ -152,7 +152,7 @@ pub(super) const RULES: &[Rule] = &[
     Rule {
         group: Group::Bounces,
         settings: &["bounce_directions"],
-        applies: |settings| VoxelBounces::new(settings).any(),
+        applies: |settings| LightBounces::new(settings).any(),
     },
     Rule::always(
         Group::Screen,

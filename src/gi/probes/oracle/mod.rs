@@ -135,17 +135,21 @@ pub fn blend(rays: &[(DVec3, DVec4)], edge: u32) -> Map {
 }
 
 /// Radiance, and the share of directions that meets nothing, as spherical harmonics of three bands:
-/// 4π/n Σ L Y(ω) of rays as [`blend`] has them.
+/// 4π/n Σ (L − L̄) Y(ω) of rays as [`blend`] has them, and their mean L̄ itself.
 pub fn blend_harmonics(rays: &[(DVec3, DVec4)]) -> [DVec4; 9] {
+    let count = rays.len() as f64;
+    let mean = rays.iter().map(|(_, light)| *light).sum::<DVec4>() / count;
     let mut sums = [DVec4::ZERO; 9];
     for (direction, light) in rays {
         let mut basis = [0.0; 9];
         sh::evaluate(3, *direction, &mut basis);
         for (sum, basis) in sums.iter_mut().zip(basis) {
-            *sum += basis * *light;
+            *sum += basis * (*light - mean);
         }
     }
-    sums.map(|sum| sum * (4.0 * PI / rays.len() as f64))
+    let mut coefficients = sums.map(|sum| sum * (4.0 * PI / count));
+    coefficients[0] = 2.0 * PI.sqrt() * mean;
+    coefficients
 }
 
 /// The light of a probe.

@@ -9,7 +9,7 @@ use super::volume::{ConeOutput, FaceWeights, March, Volume};
 use crate::gi::Settings;
 use crate::gi::shared::interleave::Pattern;
 use crate::gi::shared::loops::{LOOP_BUDGET, VECTOR_LANES};
-use crate::gi::shared::voxel::{Directionality, VoxelBounces, VoxelGrid, VoxelRecords};
+use crate::gi::shared::voxel::{Directionality, LightBounces, VoxelGrid, VoxelRecords};
 use crate::gpu_struct;
 use crate::graph::compute::linear_groups;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Owner};
@@ -226,7 +226,7 @@ impl ConeTracer {
                     FaceWeights::Extinction
                 },
             },
-            bounce_set: VoxelBounces::new(settings)
+            bounce_set: LightBounces::new(settings)
                 .any()
                 .then(|| DeviceSet::new(gpu, "cone.bounce_set", &bounce_set))
                 .transpose()?,

@@ -18,13 +18,13 @@ pub mod trace;
 mod voxel_box;
 pub mod window;
 
+pub use super::bounces::LightBounces;
 pub use build::list::{OccupiedVoxel, VoxelList, list_voxels};
 pub use build::passes::{FRAGMENTS_COMPUTE, FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW};
 pub use build::settings::{Accumulation, Method, Surface, VoxelSettings};
 pub use build::{Voxelizer, Voxels};
 pub use dynamic::DynamicVoxels;
 pub use grid::{Lattice, VoxelGrid};
-pub use light::bounce::VoxelBounces;
 pub use light::inject::{BOUND_TILES, INJECT_RSM, LIST_TILES, VoxelLookup, bound_tiles};
 pub use light::passes::{LIGHT, LIGHT_BY_RAYS, LIGHT_BY_RAYS_DENSE, LIGHT_DENSE};
 pub use light::settings::{
@@ -159,7 +159,7 @@ pub static SUBSTITUTIONS: &[Substitution] = &[Substitution {
     help: "64 directions by which each voxel gathers from the others",
     pairs: |settings| {
         let is_better =
-            VoxelBounces::new(settings).any() && settings.count("bounce_directions") < 64;
+            LightBounces::new(settings).any() && settings.count("bounce_directions") < 64;
         if is_better {
             vec!["bounce_directions=64".into()]
         } else {

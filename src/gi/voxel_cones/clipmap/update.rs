@@ -8,7 +8,7 @@ use super::{Clipmap, Inner, Place};
 use crate::gi::Context;
 use crate::gi::shared::cone::Volume;
 use crate::gi::shared::voxel::{
-    self, EmissionSeenBy, LightInputs, VoxelBounces, VoxelBox, VoxelLight, VoxelLookup,
+    self, EmissionSeenBy, LightBounces, LightInputs, VoxelBox, VoxelLight, VoxelLookup,
     VoxelRecords, VoxelWindow,
 };
 use crate::graph::{Error, Frame, FrameStats};
@@ -71,7 +71,7 @@ impl Clipmap {
     ) -> Result<FrameStats, Error> {
         let mut stats = FrameStats::default();
         let [carries_gathered, lights_slabs] = [
-            self.light_settings.bounces == VoxelBounces::Feedback,
+            self.light_settings.bounces == LightBounces::Feedback,
             self.lights_slabs(),
         ];
         for (index, place) in places.iter().copied().enumerate() {
@@ -163,7 +163,7 @@ impl Clipmap {
                 .for_each(|level| level.lit = VoxelBox::NONE);
             return (0..count).collect();
         }
-        if bounces == VoxelBounces::Feedback
+        if bounces == LightBounces::Feedback
             || (bounces.any() && (0..count).any(|index| changes(self, index)))
         {
             // Each voxel gathers from all levels.

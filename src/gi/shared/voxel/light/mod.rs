@@ -1,7 +1,6 @@
 //! Direct light into voxels: injection of reflective shadow maps, or shading of each voxel, and
 //! emission.
 
-pub mod bounce;
 pub mod inject;
 pub mod passes;
 pub mod settings;
@@ -17,7 +16,7 @@ use glam::Vec3;
 use crate::gi::shared::loops::LOOP_BUDGET;
 use crate::gi::shared::voxel::build::buffer;
 use crate::gi::shared::voxel::light::settings::{Attenuation, Injection, LightSettings, Viewer};
-use crate::gi::shared::voxel::{Lattice, VoxelBounces, VoxelBox, VoxelGrid, Voxels};
+use crate::gi::shared::voxel::{Lattice, LightBounces, VoxelBox, VoxelGrid, Voxels};
 use crate::graph::compute::linear_groups;
 use crate::graph::{Buffer, Error, Frame, Gpu, Image};
 use crate::render::bvh::SceneRays;
@@ -160,7 +159,7 @@ impl VoxelLight {
             .any()
             .then(|| buffer(gpu, "voxel.irradiance", sides.radiance_bytes(capacity)))
             .transpose()?;
-        if let (Some(irradiance), VoxelBounces::Feedback) = (&irradiance, bounces) {
+        if let (Some(irradiance), LightBounces::Feedback) = (&irradiance, bounces) {
             // The first frame reads what no frame before it has left.
             let mut frame = Frame::new();
             frame.fill(CLEAR_LIGHT, irradiance, 0);
@@ -200,7 +199,7 @@ impl VoxelLight {
         let before = self
             .irradiance
             .as_ref()
-            .filter(|_| self.settings.bounces == VoxelBounces::Feedback)
+            .filter(|_| self.settings.bounces == LightBounces::Feedback)
             .map(Arc::clone);
         let grows = voxels.capacity() > self.capacity;
         if grows {
@@ -298,7 +297,7 @@ impl VoxelLight {
             voxels,
             inputs,
             dense,
-            [bounces == VoxelBounces::Feedback, true],
+            [bounces == LightBounces::Feedback, true],
             viewer,
         );
     }

@@ -1,7 +1,7 @@
 //! How voxels are lit: what a technique chooses, and what it asks of maps and memory.
 
 use crate::gi::Settings;
-use crate::gi::shared::voxel::VoxelBounces;
+use crate::gi::shared::voxel::LightBounces;
 
 /// Where the direct light of voxels comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -101,7 +101,7 @@ pub struct LightSettings {
     /// holds the faces.
     pub stores_faces: bool,
     /// Indirect bounces.
-    pub bounces: VoxelBounces,
+    pub bounces: LightBounces,
     /// How light on shaded voxels falls off with the angle.
     pub attenuation: Attenuation,
     /// What hides lights from shaded voxels.
@@ -137,7 +137,7 @@ impl LightSettings {
             injection,
             sides,
             stores_faces: false,
-            bounces: VoxelBounces::new(settings),
+            bounces: LightBounces::new(settings),
             attenuation,
             occlusion,
             kappa: settings.number("occlusion_kappa"),
@@ -152,7 +152,7 @@ impl LightSettings {
             injection,
             sides,
             stores_faces: false,
-            bounces: VoxelBounces::Count(1),
+            bounces: LightBounces::Count(1),
             attenuation,
             occlusion,
             kappa: 1.0,

@@ -1,30 +1,30 @@
-//! How often light goes from voxel to voxel.
+//! How often light goes from place to place of a store.
 
 use crate::gi::Settings;
 
 /// How many indirect bounces there are, the one to the pixel among them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum VoxelBounces {
+pub enum LightBounces {
     /// So many in each frame, at least 1.
     Count(u32),
-    /// One more with each frame, from the voxels of the last one.
+    /// One more with each frame, from what the last one left.
     Feedback,
 }
 
-impl VoxelBounces {
+impl LightBounces {
     /// From a technique's settings.
     pub fn new(settings: &Settings) -> Self {
         settings
             .choice("bounces")
             .parse()
-            .map_or(VoxelBounces::Feedback, VoxelBounces::Count)
+            .map_or(LightBounces::Feedback, LightBounces::Count)
     }
 
     /// How many; `None` where it is all of them, after some frames.
     pub fn count(self) -> Option<u32> {
         match self {
-            VoxelBounces::Count(count) => Some(count),
-            VoxelBounces::Feedback => None,
+            LightBounces::Count(count) => Some(count),
+            LightBounces::Feedback => None,
         }
     }
 
@@ -32,18 +32,18 @@ impl VoxelBounces {
     /// but (3/4)^16, 1%, of its light then.
     pub fn frames_to_rest(self) -> u32 {
         match self {
-            VoxelBounces::Count(_) => 1,
-            VoxelBounces::Feedback => 17,
+            LightBounces::Count(_) => 1,
+            LightBounces::Feedback => 17,
         }
     }
 
-    /// How often the voxels gather in one frame before their light is complete.
+    /// How often places gather in one frame before their light is complete.
     pub fn before_the_picture(self) -> u32 {
         self.count().map_or(0, |count| count - 1)
     }
 
-    /// Whether voxels gather at all.
+    /// Whether they gather at all.
     pub fn any(self) -> bool {
-        self != VoxelBounces::Count(1)
+        self != LightBounces::Count(1)
     }
 }
