@@ -273,7 +273,7 @@ const STATED: &[Stated] = &[
     // Plates: light that changes within a cell, of 8 probes along the longest side.
     Stated {
         name: "irradiance-probes.accurate",
-        lit_sphere: [-0.003, 0.009],
+        lit_sphere: [0.0, 0.0],
         sky: [-0.004, 0.004],
         furnace: [0.0, 0.0],
         plates: [0.020, 0.036],
@@ -287,14 +287,14 @@ const STATED: &[Stated] = &[
     },
     Stated {
         name: "irradiance-probes.fast",
-        lit_sphere: [-0.003, 0.009],
+        lit_sphere: [0.0, 0.0],
         sky: [-0.004, 0.004],
         furnace: [0.0, 0.0],
         plates: [0.019, 0.062],
     },
     Stated {
         name: "irradiance-probes.default",
-        lit_sphere: [-0.003, 0.009],
+        lit_sphere: [0.0, 0.0],
         sky: [-0.004, 0.004],
         furnace: [0.0, 0.0],
         plates: [0.019, 0.062],
