@@ -329,7 +329,7 @@ fn harmonics_are_the_oracles() {
             .collect();
         let probe = |probe: u32| Probe {
             place: places[probe as usize].as_dvec3(),
-            irradiance: Irradiance::Harmonics(harmonics[probe as usize]),
+            irradiance: Irradiance::Harmonics(harmonics[probe as usize].to_vec()),
             gradients: None,
             moments: Map::of(1, |_| DVec4::ZERO),
         };

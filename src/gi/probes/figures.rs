@@ -94,7 +94,7 @@ impl<'v> Read<'v> {
             Map::of(1, |_| DVec4::ZERO)
         };
         let irradiance = if self.volume.is_sh {
-            Irradiance::Harmonics(self.harmonics(probe, scale))
+            Irradiance::Harmonics(self.harmonics(probe, scale).to_vec())
         } else {
             Irradiance::Map(scaled(&self.irradiance))
         };

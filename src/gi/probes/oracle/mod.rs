@@ -158,7 +158,7 @@ pub enum Irradiance {
     /// rgb: irradiance (W/m²); a: share of it that meets nothing.
     Map(Map),
     /// The same of [`blend_harmonics`].
-    Harmonics([DVec4; 9]),
+    Harmonics(Vec<DVec4>),
 }
 
 impl Irradiance {
