@@ -142,7 +142,7 @@ impl ProbeRays {
     }
 
     /// Adds the passes that light all probes anew: by the lights and what emits, then with each of
-    /// these bounces, 2 or more, what the one before has left, which adds to the light of the first.
+    /// these bounces, 2 or more, what the one before has left. That adds to the light of the first.
     pub fn light(
         &self,
         frame: &mut Frame,
