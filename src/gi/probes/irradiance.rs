@@ -18,14 +18,15 @@ use super::relocate::away;
 use super::settings::{PRESETS, RULES, SETTINGS};
 use super::snap::snap;
 use super::view::{self, VIEW, VIEWS};
-use super::volume::{Irradiance, Kept, Maps, Volume};
+use super::volume::{Irradiance, Kept, Maps, Volume, places_buffer};
 use crate::gi::entry::{Entry, Stage};
 use crate::gi::inspect::{BeamStart, ViewRow};
 use crate::gi::shared::bounces::LightBounces;
 use crate::gi::shared::paths::{self, PathScene};
 use crate::gi::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
-use crate::render::{GBuffer, Receivers};
+use crate::render::bvh::SceneRays;
+use crate::render::{GBuffer, GpuScene, Receivers};
 use crate::shader::GpuStruct;
 
 /// The row of the registry.
@@ -132,6 +133,9 @@ impl Placement {
 /// Steps in which probes move away from surfaces.
 const RELOCATIONS: u32 = 3;
 
+/// Rays, about, that are read back for it at a time.
+const RELOCATED_AT_A_TIME: u32 = 1 << 20;
+
 /// Bounces for which there is room where they are fed back: after the second, one and the other in
 /// turn.
 const FEEDBACK_BOUNCES: u32 = 3;
@@ -174,13 +178,6 @@ impl IrradianceProbes {
         let (lattice, triangles) = (&built.volume.lattice, &built.scene.rays);
         let mut stats = FrameStats::default();
         let mut places: Vec<Vec3> = lattice.places().collect();
-        let trace = |places: &[Vec3]| {
-            built.volume.put(gpu, places)?;
-            let mut frame = Frame::new();
-            frame.set_scene(&scene.set, &scene.materials);
-            built.rays.trace(&mut frame, triangles, &built.volume);
-            gpu.submit(frame)
-        };
         match self.placement {
             Placement::Lattice => {}
             Placement::Snapped { distance } => {
@@ -189,23 +186,46 @@ impl IrradianceProbes {
                 places = snap(lattice, &seen, distance, self.lookup.normal_bias);
             }
             Placement::Relocated { distance } => {
-                for _ in 0..RELOCATIONS {
-                    stats.append(trace(&places)?);
-                    let seen = built.rays.read_distances(gpu, lattice.probe_count())?;
-                    let cell = lattice.cell();
-                    for ((place, home), rays) in places.iter_mut().zip(lattice.places()).zip(&seen)
-                    {
-                        *place = away(*place, home, cell, distance * cell, rays);
-                    }
+                let at_a_time = RELOCATED_AT_A_TIME / self.rays;
+                for part in places.chunks_mut(at_a_time.max(1) as usize) {
+                    let how = (part, [lattice.cell(), distance * lattice.cell()]);
+                    stats.append(self.relocate((gpu, scene), triangles, how)?);
                 }
             }
         }
-        stats.append(trace(&places)?);
+        built.volume.put(gpu, &places)?;
         let mut frame = Frame::new();
         frame.set_scene(&scene.set, &scene.materials);
+        built.rays.trace(&mut frame, triangles, &built.volume);
         let filter = self.moment_filter;
         (built.rays).moments(&mut frame, triangles, &built.volume, filter);
         stats.append(gpu.submit(frame)?);
+        Ok(stats)
+    }
+}
+
+impl IrradianceProbes {
+    /// Moves some probes of a lattice of cells (m) away from what is nearer than `distance` (m).
+    fn relocate(
+        &self,
+        (gpu, scene): (&Gpu, &GpuScene),
+        triangles: &SceneRays,
+        (places, [cell, distance]): (&mut [Vec3], [f32; 2]),
+    ) -> Result<FrameStats, Error> {
+        let (homes, count) = (places.to_vec(), places.len() as u32);
+        let rays = ProbeRays::new(gpu, count, self.rays)?;
+        let mut stats = FrameStats::default();
+        for _ in 0..RELOCATIONS {
+            let from = places_buffer(gpu, places)?;
+            let mut frame = Frame::new();
+            frame.set_scene(&scene.set, &scene.materials);
+            rays.trace_from(&mut frame, triangles, (&from, count));
+            stats.append(gpu.submit(frame)?);
+            let seen = rays.read_distances(gpu, count)?;
+            for ((place, home), rays) in places.iter_mut().zip(&homes).zip(&seen) {
+                *place = away(*place, *home, cell, distance, rays);
+            }
+        }
         Ok(stats)
     }
 }

@@ -15,7 +15,7 @@ use super::volume::{Maps, Volume, store_image};
 use crate::gi::Inputs;
 use crate::gi::shared::paths::PathScene;
 use crate::graph::compute::linear_groups;
-use crate::graph::{Error, Frame, Gpu, Image, vk};
+use crate::graph::{Buffer, Error, Frame, Gpu, Image, vk};
 use crate::render::bvh::SceneRays;
 
 /// Rays in a row of the images (`gi/probes/rays.glsl`).
@@ -76,10 +76,21 @@ impl ProbeRays {
 
     /// Adds [`TRACE`]: what the rays of all probes meet.
     pub fn trace(&self, frame: &mut Frame, triangles: &SceneRays, volume: &Volume) {
-        let all = volume.lattice.probe_count() * self.count;
+        let probe_count = volume.lattice.probe_count();
+        self.trace_from(frame, triangles, (&volume.places, probe_count));
+    }
+
+    /// The same from these places, so many.
+    pub fn trace_from(
+        &self,
+        frame: &mut Frame,
+        triangles: &SceneRays,
+        (places, probe_count): (&Arc<Buffer>, u32),
+    ) {
+        let all = probe_count * self.count;
         triangles
             .bind(frame.pass(&TRACE))
-            .bind("probe_places", &volume.places)
+            .bind("probe_places", places)
             .bind("ray_hits", &self.hits)
             .push(&TraceParams {
                 ray_count: self.count,

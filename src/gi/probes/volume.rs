@@ -112,6 +112,17 @@ fn buffer(gpu: &Gpu, name: &str, size_bytes: u64) -> Result<Arc<Buffer>, Error> 
 /// Beyond so many diagonals of a cell all distances count as one.
 const REACH_DIAGONALS: f32 = 1.5;
 
+fn upload(gpu: &Gpu, buffer: &Arc<Buffer>, places: &[Vec3]) -> Result<(), Error> {
+    let rows: Vec<Vec4> = places.iter().map(|place| place.extend(0.0)).collect();
+    gpu.upload_buffer(buffer, bytemuck::cast_slice(&rows))
+}
+
+/// A buffer of places (m) that rays are traced from.
+pub(super) fn places_buffer(gpu: &Gpu, places: &[Vec3]) -> Result<Arc<Buffer>, Error> {
+    let rows = buffer(gpu, "probes.some_places", 16 * places.len() as u64)?;
+    upload(gpu, &rows, places).map(|()| rows)
+}
+
 impl Volume {
     /// Makes room for maps. Where probes stand is [`Volume::put`] next.
     pub fn new(gpu: &Gpu, lattice: Lattice, kept: &Kept) -> Result<Self, Error> {
@@ -162,8 +173,7 @@ impl Volume {
 
     /// Puts the probes at these places (m).
     pub fn put(&self, gpu: &Gpu, places: &[Vec3]) -> Result<(), Error> {
-        let rows: Vec<Vec4> = places.iter().map(|place| place.extend(0.0)).collect();
-        gpu.upload_buffer(&self.places, bytemuck::cast_slice(&rows))
+        upload(gpu, &self.places, places)
     }
 
     /// The maps that have the light of so many bounces, of those that it was made for.
