@@ -118,11 +118,11 @@ pub struct Binding {
     pub access: Access,
 }
 
-/// The bindings of a pass in two parts.
-pub const fn join<const A: usize, const B: usize, const ALL: usize>(
-    first: [Binding; A],
-    second: [Binding; B],
-) -> [Binding; ALL] {
+/// The bindings, or the constants, of a pass in two parts.
+pub const fn join<T: Copy, const A: usize, const B: usize, const ALL: usize>(
+    first: [T; A],
+    second: [T; B],
+) -> [T; ALL] {
     assert!(A + B == ALL && A > 0);
     let mut joined = [first[0]; ALL];
     let mut i = 1;

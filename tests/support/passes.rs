@@ -193,7 +193,7 @@ pub static ANSWER: Pass = Pass {
 pub static RAYS: Pass = Pass {
     name: "test.rays",
     shaders: Shaders::Compute("test/rays.comp"),
-    bindings: &join::<5, 2, 7>(
+    bindings: &join::<_, 5, 2, 7>(
         bvh::BINDINGS,
         [
             Binding::buffer("rays", Access::ComputeRead),

@@ -122,7 +122,7 @@ gpu_struct! {
 pub static EXPLORE: Pass = Pass {
     name: "probes.explore",
     shaders: Shaders::Compute("gi/probes/explore.comp"),
-    bindings: &join::<5, 1, 6>(
+    bindings: &join::<_, 5, 1, 6>(
         bvh::BINDINGS,
         [Binding::buffer("seen_places", Access::ComputeWrite)],
     ),
@@ -135,7 +135,7 @@ pub static EXPLORE: Pass = Pass {
 pub static TRACE: Pass = Pass {
     name: "probes.trace",
     shaders: Shaders::Compute("gi/probes/trace.comp"),
-    bindings: &join::<5, 2, 7>(
+    bindings: &join::<_, 5, 2, 7>(
         bvh::BINDINGS,
         [
             Binding::buffer("probe_places", Access::ComputeRead),
@@ -152,7 +152,7 @@ pub static TRACE: Pass = Pass {
 pub static MOMENTS: Pass = Pass {
     name: "probes.moments",
     shaders: Shaders::Compute("gi/probes/moments.comp"),
-    bindings: &join::<5, 2, 7>(
+    bindings: &join::<_, 5, 2, 7>(
         bvh::BINDINGS,
         [
             Binding::buffer("probe_places", Access::ComputeRead),
@@ -182,7 +182,7 @@ pub static MOMENTS_POWER: Pass = Pass {
 pub static LIGHT: Pass = Pass {
     name: "probes.light",
     shaders: Shaders::Compute("gi/probes/light.comp"),
-    bindings: &join::<9, 2, 11>(paths::BINDINGS, RAYS),
+    bindings: &join::<_, 9, 2, 11>(paths::BINDINGS, RAYS),
     constants: &paths::CONSTANTS,
     params: Some(RayLightParams::LAYOUT),
     sets: Sets::Scene,
@@ -193,21 +193,8 @@ pub static LIGHT: Pass = Pass {
 pub static BOUNCE: Pass = Pass {
     name: "probes.bounce",
     shaders: Shaders::Compute("gi/probes/bounce.comp"),
-    bindings: &join::<11, 5, 16>(join::<9, 2, 11>(paths::BINDINGS, RAYS), LOOKUP_BINDINGS),
-    constants: &[
-        paths::CONSTANTS[0],
-        paths::CONSTANTS[1],
-        paths::CONSTANTS[2],
-        paths::CONSTANTS[3],
-        paths::CONSTANTS[4],
-        paths::CONSTANTS[5],
-        LOOKUP_CONSTANTS[0],
-        LOOKUP_CONSTANTS[1],
-        LOOKUP_CONSTANTS[2],
-        LOOKUP_CONSTANTS[3],
-        LOOKUP_CONSTANTS[4],
-        LOOKUP_CONSTANTS[5],
-    ],
+    bindings: &join::<_, 11, 5, 16>(join::<_, 9, 2, 11>(paths::BINDINGS, RAYS), LOOKUP_BINDINGS),
+    constants: &join::<_, 6, 6, 12>(paths::CONSTANTS, LOOKUP_CONSTANTS),
     params: Some(BounceParams::LAYOUT),
     sets: Sets::Scene,
 };
@@ -269,23 +256,13 @@ pub static GATHER: Pass = Pass {
 pub static GATHER_BY_RAYS: Pass = Pass {
     name: "probes.gather_by_rays",
     shaders: Shaders::Compute("gi/probes/gather_by_rays.comp"),
-    bindings: &join::<5, 8, 13>(bvh::BINDINGS, GATHER_BINDINGS),
-    constants: &[
-        bvh::CONSTANTS[0],
-        bvh::CONSTANTS[1],
-        bvh::CONSTANTS[2],
-        LOOKUP_CONSTANTS[0],
-        LOOKUP_CONSTANTS[1],
-        LOOKUP_CONSTANTS[2],
-        LOOKUP_CONSTANTS[3],
-        LOOKUP_CONSTANTS[4],
-        LOOKUP_CONSTANTS[5],
-    ],
+    bindings: &join::<_, 5, 8, 13>(bvh::BINDINGS, GATHER_BINDINGS),
+    constants: &join::<_, 3, 6, 9>(bvh::CONSTANTS, LOOKUP_CONSTANTS),
     params: Some(LookupParams::LAYOUT),
     sets: Sets::Scene,
 };
 
-const GATHER_BINDINGS: [Binding; 8] = join::<3, 5, 8>(
+const GATHER_BINDINGS: [Binding; 8] = join::<_, 3, 5, 8>(
     [
         Binding::sampled("view_depth", Access::ComputeSampled),
         Binding::sampled("normals", Access::ComputeSampled),

@@ -37,7 +37,7 @@ gpu_struct! {
 pub static VIEW: Pass = Pass {
     name: "probes.view",
     shaders: Shaders::Compute("gi/probes/view.comp"),
-    bindings: &join::<3, 5, 8>(
+    bindings: &join::<_, 3, 5, 8>(
         [
             Binding::sampled("view_depth", Access::ComputeSampled),
             Binding::sampled("normals", Access::ComputeSampled),

@@ -28,15 +28,7 @@ gpu_struct! {
     }
 }
 
-const CACHED_CONSTANTS: &[&str] = &[
-    CONSTANTS[0],
-    CONSTANTS[1],
-    CONSTANTS[2],
-    CONSTANTS[3],
-    CONSTANTS[4],
-    CONSTANTS[5],
-    "SIDES",
-];
+const CACHED_CONSTANTS: &[&str] = &join::<_, 6, 1, 7>(CONSTANTS, ["SIDES"]);
 
 const GATHER_BINDINGS: [Binding; 12] = join(
     BINDINGS,
@@ -71,7 +63,7 @@ pub static GATHER: Pass = Pass {
 /// As [`GATHER`], with the light of voxels at the last place of a path.
 pub static GATHER_CACHED: Pass = Pass {
     shaders: Shaders::Compute("gi/ray_traced/gather_cached.comp"),
-    bindings: &join::<12, 4, 16>(GATHER_BINDINGS, CACHE_BINDINGS),
+    bindings: &join::<_, 12, 4, 16>(GATHER_BINDINGS, CACHE_BINDINGS),
     constants: CACHED_CONSTANTS,
     ..GATHER
 };
@@ -90,7 +82,7 @@ pub static MIRROR: Pass = Pass {
 /// As [`MIRROR`], with the light of voxels at the last place of a path.
 pub static MIRROR_CACHED: Pass = Pass {
     shaders: Shaders::Compute("gi/ray_traced/mirror_cached.comp"),
-    bindings: &join::<13, 4, 17>(MIRROR_BINDINGS, CACHE_BINDINGS),
+    bindings: &join::<_, 13, 4, 17>(MIRROR_BINDINGS, CACHE_BINDINGS),
     constants: CACHED_CONSTANTS,
     ..MIRROR
 };

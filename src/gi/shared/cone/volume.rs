@@ -77,7 +77,7 @@ macro_rules! volume_passes {
                     $name,
                     concat!($folder, "/", $file, ".comp"),
                     <$params>::LAYOUT,
-                    const { &$crate::graph::pass::join::<3, _, COUNT>($volume, $own) },
+                    const { &$crate::graph::pass::join::<_, 3, _, COUNT>($volume, $own) },
                     const { &constants($constants, $constant) },
                 )
             }),*

@@ -26,14 +26,7 @@ pub const BINDINGS: [Binding; 9] = join(
 );
 
 /// The first constants of such a pass, which [`PathScene::bind`] gives.
-pub const CONSTANTS: [&str; 6] = [
-    bvh::CONSTANTS[0],
-    bvh::CONSTANTS[1],
-    bvh::CONSTANTS[2],
-    "EMITTERS",
-    "SHADOW_MAPS",
-    "BUMPS",
-];
+pub const CONSTANTS: [&str; 6] = join(bvh::CONSTANTS, ["EMITTERS", "SHADOW_MAPS", "BUMPS"]);
 
 /// Who says which light reaches a place.
 pub const HIT_LIGHT: Setting = Setting {

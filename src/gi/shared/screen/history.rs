@@ -76,14 +76,14 @@ const fn history_pass(
 pub static HISTORY: Pass = history_pass(
     "screen.history",
     "gi/shared/screen/history.comp",
-    &join::<10, 1, 11>(COMMON, [Binding::image("guide_now", Access::ComputeWrite)]),
+    &join::<_, 10, 1, 11>(COMMON, [Binding::image("guide_now", Access::ComputeWrite)]),
 );
 
 /// The same, and the mean of the luminance over frames and of its square.
 pub static HISTORY_MOMENTS: Pass = history_pass(
     "screen.history",
     "gi/shared/screen/history_moments.comp",
-    &join::<10, 3, 13>(
+    &join::<_, 10, 3, 13>(
         COMMON,
         [
             Binding::image("guide_now", Access::ComputeWrite),
@@ -98,7 +98,7 @@ pub static HISTORY_MOMENTS: Pass = history_pass(
 pub static HISTORY_MIRRORED: Pass = history_pass(
     "screen.history_mirrored",
     "gi/shared/screen/history_mirrored.comp",
-    &join::<10, 1, 11>(
+    &join::<_, 10, 1, 11>(
         COMMON,
         [Binding::sampled("specular", Access::ComputeSampled)],
     ),

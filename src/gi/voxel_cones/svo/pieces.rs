@@ -30,7 +30,7 @@ use crate::render::GpuScene;
 pub static INJECT_RSM: Pass = inject_pass(
     "gi/voxel_cones/svo/inject_rsm.comp",
     const {
-        &join::<8, 1, 9>(
+        &join::<_, 8, 1, 9>(
             INJECT_BINDINGS,
             [Binding::buffer("nodes", Access::ComputeRead)],
         )

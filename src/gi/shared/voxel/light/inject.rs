@@ -99,7 +99,7 @@ pub const INJECT_BINDINGS: [Binding; 8] = [
 pub static INJECT_RSM: Pass = inject_pass(
     "gi/shared/voxel/light/inject_rsm.comp",
     const {
-        &join::<8, 2, 10>(
+        &join::<_, 8, 2, 10>(
             INJECT_BINDINGS,
             [
                 Binding::buffer("occupancy", Access::ComputeRead),

@@ -44,7 +44,7 @@ const LIGHT_BINDINGS: [Binding; 11] = [
     Binding::buffer("voxel_faces", Access::ComputeRead),
 ];
 
-const LIGHT_CONSTANTS: &[&str] = &[
+const LIGHT_CONSTANTS: [&str; 9] = [
     "INJECTION_VOXEL",
     "EMISSIVE",
     "SIDES",
@@ -58,28 +58,17 @@ const LIGHT_CONSTANTS: &[&str] = &[
 
 const DENSE_RADIANCE: [Binding; 1] = [Binding::image("dense_radiance", Access::ComputeWrite)];
 
-const BY_RAYS_CONSTANTS: &[&str] = &[
-    bvh::CONSTANTS[0],
-    bvh::CONSTANTS[1],
-    bvh::CONSTANTS[2],
-    LIGHT_CONSTANTS[0],
-    LIGHT_CONSTANTS[1],
-    LIGHT_CONSTANTS[2],
-    LIGHT_CONSTANTS[3],
-    LIGHT_CONSTANTS[4],
-    LIGHT_CONSTANTS[5],
-    LIGHT_CONSTANTS[6],
-    LIGHT_CONSTANTS[7],
-    LIGHT_CONSTANTS[8],
-    "POINTS",
-];
+const BY_RAYS_CONSTANTS: &[&str] = &join::<_, 12, 1, 13>(
+    join::<_, 3, 9, 12>(bvh::CONSTANTS, LIGHT_CONSTANTS),
+    ["POINTS"],
+);
 
 /// Radiance of each occupied voxel, in compact order. A thread a voxel.
 pub static LIGHT: Pass = Pass {
     name: "voxel.light",
     shaders: Shaders::Compute("gi/shared/voxel/light/light_voxels.comp"),
     bindings: &LIGHT_BINDINGS,
-    constants: LIGHT_CONSTANTS,
+    constants: &LIGHT_CONSTANTS,
     params: Some(LightParams::LAYOUT),
     sets: Sets::Scene,
 };
@@ -89,8 +78,8 @@ pub static LIGHT: Pass = Pass {
 pub static LIGHT_DENSE: Pass = Pass {
     name: "voxel.light",
     shaders: Shaders::Compute("gi/shared/voxel/light/light_voxels_dense.comp"),
-    bindings: &join::<11, 1, 12>(LIGHT_BINDINGS, DENSE_RADIANCE),
-    constants: LIGHT_CONSTANTS,
+    bindings: &join::<_, 11, 1, 12>(LIGHT_BINDINGS, DENSE_RADIANCE),
+    constants: &LIGHT_CONSTANTS,
     params: Some(LightParams::LAYOUT),
     sets: Sets::Scene,
 };
@@ -98,7 +87,7 @@ pub static LIGHT_DENSE: Pass = Pass {
 /// As [`LIGHT`], by rays against the scene's triangles from points of each voxel's surface.
 pub static LIGHT_BY_RAYS: Pass = Pass {
     shaders: Shaders::Compute("gi/shared/voxel/light/light_by_rays.comp"),
-    bindings: &join::<5, 11, 16>(bvh::BINDINGS, LIGHT_BINDINGS),
+    bindings: &join::<_, 5, 11, 16>(bvh::BINDINGS, LIGHT_BINDINGS),
     constants: BY_RAYS_CONSTANTS,
     ..LIGHT
 };
@@ -106,8 +95,8 @@ pub static LIGHT_BY_RAYS: Pass = Pass {
 /// As [`LIGHT_BY_RAYS`], and as [`LIGHT_DENSE`].
 pub static LIGHT_BY_RAYS_DENSE: Pass = Pass {
     shaders: Shaders::Compute("gi/shared/voxel/light/light_by_rays_dense.comp"),
-    bindings: &join::<16, 1, 17>(
-        join::<5, 11, 16>(bvh::BINDINGS, LIGHT_BINDINGS),
+    bindings: &join::<_, 16, 1, 17>(
+        join::<_, 5, 11, 16>(bvh::BINDINGS, LIGHT_BINDINGS),
         DENSE_RADIANCE,
     ),
     constants: BY_RAYS_CONSTANTS,

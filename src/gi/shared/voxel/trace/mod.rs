@@ -97,7 +97,7 @@ const BOUNCE: [Binding; 2] = [
 pub static GATHER_EMITTERS_BY_TRIANGLES: Pass = Pass {
     name: "voxel.gather_emitters_triangles",
     shaders: Shaders::Compute("gi/shared/voxel/trace/emitters_by_rays.comp"),
-    bindings: &join::<5, 4, 9>(bvh::BINDINGS, emitters::PIXEL),
+    bindings: &join::<_, 5, 4, 9>(bvh::BINDINGS, emitters::PIXEL),
     constants: &bvh::CONSTANTS,
     params: Some(RayParams::LAYOUT),
     sets: Sets::Scene,

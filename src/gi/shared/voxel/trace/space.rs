@@ -170,21 +170,21 @@ pub(in crate::gi) const fn bounce_emitters(
 pub(in crate::gi) const fn of_pixel_and_parts<const SPACE: usize, const ALL: usize>(
     space: [Binding; SPACE],
 ) -> [Binding; ALL] {
-    join::<4, SPACE, ALL>(emitters::PIXEL, space)
+    join::<_, 4, SPACE, ALL>(emitters::PIXEL, space)
 }
 
 /// Bindings of a pass over voxels that goes to points of what emits.
 pub(in crate::gi) const fn of_voxel_and_parts<const SPACE: usize, const ALL: usize>(
     space: [Binding; SPACE],
 ) -> [Binding; ALL] {
-    join::<3, SPACE, ALL>(emitters::BOUNCE, space)
+    join::<_, 3, SPACE, ALL>(emitters::BOUNCE, space)
 }
 
 /// Bindings of a pass over pixels.
 pub(in crate::gi) const fn of_pixel<const SPACE: usize, const ALL: usize>(
     space: [Binding; SPACE],
 ) -> [Binding; ALL] {
-    join::<3, SPACE, ALL>(PIXEL, space)
+    join::<_, 3, SPACE, ALL>(PIXEL, space)
 }
 
 /// Bindings of a pass over pixels that also meets triangles.
@@ -195,14 +195,14 @@ pub(in crate::gi) const fn of_triangles<
 >(
     space: [Binding; SPACE],
 ) -> [Binding; ALL] {
-    join::<5, PIXELS, ALL>(bvh::BINDINGS, join::<3, SPACE, PIXELS>(PIXEL, space))
+    join::<_, 5, PIXELS, ALL>(bvh::BINDINGS, join::<_, 3, SPACE, PIXELS>(PIXEL, space))
 }
 
 /// Bindings of a pass over voxels.
 pub(in crate::gi) const fn of_voxel<const SPACE: usize, const ALL: usize>(
     space: [Binding; SPACE],
 ) -> [Binding; ALL] {
-    join::<2, SPACE, ALL>(BOUNCE, space)
+    join::<_, 2, SPACE, ALL>(BOUNCE, space)
 }
 
 /// The space of a store, for one frame.
