@@ -22,14 +22,7 @@ const NEAREST_LOBE: f64 = 2.0;
 
 /// Irradiance and ambient visibility from the coefficients of a cell.
 fn irradiance(coefficients: &[DVec4; 9], environment: DVec3, normal: DVec3) -> DVec4 {
-    let mut basis = [0.0; 9];
-    sh::evaluate(3, normal, &mut basis);
-    let factors = sh::clamped_cosine(3);
-    let terms = coefficients.iter().zip(basis).enumerate();
-    let sum: DVec4 = terms
-        .map(|(at, (coefficient, basis))| factors[at.isqrt()] * basis * *coefficient)
-        .sum();
-    let sum = sum.max(DVec4::ZERO);
+    let sum = sh::irradiance(coefficients, normal).max(DVec4::ZERO);
     (sum.truncate() + sum.w * environment).extend(sum.w / std::f64::consts::PI)
 }
 

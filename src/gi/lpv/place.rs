@@ -114,14 +114,7 @@ impl<'c> Found<'c> {
 
     /// On a receiver that faces there (W/m²).
     fn irradiance(&self, normal: DVec3) -> DVec3 {
-        let mut basis = [0.0; 9];
-        sh::evaluate(3, normal, &mut basis);
-        let factors = sh::clamped_cosine(3);
-        let terms = self.coefficients.iter().zip(basis).enumerate();
-        let sum: DVec4 = terms
-            .map(|(at, (coefficient, basis))| factors[at.isqrt()] * basis * *coefficient)
-            .sum();
-        let sum = sum.max(DVec4::ZERO);
+        let sum = sh::irradiance(&self.coefficients, normal).max(DVec4::ZERO);
         sum.truncate() + sum.w * self.environment
     }
 

@@ -167,14 +167,7 @@ impl Irradiance {
         match self {
             Irradiance::Map(map) => map.at(normal),
             Irradiance::Harmonics(coefficients) => {
-                let mut basis = [0.0; 9];
-                sh::evaluate(3, normal, &mut basis);
-                let factors = sh::clamped_cosine(3);
-                let terms = coefficients.iter().zip(basis).enumerate();
-                let sum: DVec4 = terms
-                    .map(|(at, (coefficient, basis))| factors[at.isqrt()] * basis * *coefficient)
-                    .sum();
-                let sum = sum.max(DVec4::ZERO);
+                let sum = sh::irradiance(coefficients, normal).max(DVec4::ZERO);
                 sum.truncate().extend(sum.w / PI)
             }
         }

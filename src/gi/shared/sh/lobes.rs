@@ -6,7 +6,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use glam::DVec3;
+use glam::{DVec3, DVec4};
 
 use super::legendre::legendre;
 
@@ -53,4 +53,11 @@ pub fn rotate_zonal(lobe: &[f64], direction: DVec3) -> Vec<f64> {
     super::evaluate(lobe.len(), direction, &mut coefficients);
     super::scale_bands(lobe, &mut coefficients);
     coefficients
+}
+
+/// What a surface gets of radiance with these coefficients, four functions at once, not clamped:
+/// Σ A_l c Y(normal) (Ramamoorthi & Hanrahan 2001, equation 13).
+pub fn irradiance(radiance: &[DVec4], normal: DVec3) -> DVec4 {
+    let lobe = rotate_zonal(&clamped_cosine(radiance.len().isqrt()), normal);
+    radiance.iter().zip(lobe).map(|(c, lobe)| lobe * *c).sum()
 }

@@ -29,7 +29,7 @@ mod rotate;
 mod window;
 
 pub use basis::{evaluate, reconstruct};
-pub use lobes::{clamped_cosine, cone, power_lobe, rotate_zonal};
+pub use lobes::{clamped_cosine, cone, irradiance, power_lobe, rotate_zonal};
 pub use product::Products;
 pub use project::{Quadrature, project};
 pub use rotate::Rotation;
