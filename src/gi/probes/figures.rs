@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::{DVec3, DVec4, UVec2, UVec3, Vec3};
+use glam::{DVec3, DVec4, UVec2, Vec3};
 
 use super::lookup::{Lookup, Visibility};
 use super::oracle::{Asked, Irradiance, Map, Place, Probe, Probes, light_of_probes};
@@ -136,7 +136,7 @@ pub fn figures(
             name,
             format!(
                 "{} at {} m: {}% of the light; {}; E {} W/m²",
-                triple(at(volume, asked.probe).as_dvec3()),
+                triple(volume.lattice.at(asked.probe).as_dvec3()),
                 triple(read.place(asked.probe).as_dvec3()),
                 short(counts),
                 why(asked, lookup),
@@ -155,12 +155,6 @@ pub fn figures(
         ));
     }
     Ok(figures)
-}
-
-/// Where a probe is on the lattice.
-fn at(volume: &Volume, probe: u32) -> UVec3 {
-    let UVec3 { x, y, .. } = volume.lattice.counts;
-    UVec3::new(probe % x, probe / x % y, probe / (x * y))
 }
 
 /// What makes the weight of a probe.

@@ -3,9 +3,6 @@
 
 use std::sync::Arc;
 
-use glam::Vec3;
-
-use super::explore::explore;
 use super::figures;
 use super::lattice::Lattice;
 use super::lookup::{Lookup, gather};
@@ -13,20 +10,18 @@ use super::passes::{
     BLEND, BLEND_SH, BOUNCE, EXPLORE, GATHER, GATHER_BY_RAYS, LIGHT, LookupRow, MOMENTS,
     MOMENTS_POWER, TRACE,
 };
+use super::placement::Placement;
 use super::rays::{MomentFilter, ProbeRays};
-use super::relocate::away;
 use super::settings::{PRESETS, RULES, SETTINGS};
-use super::snap::snap;
 use super::view::{self, VIEW, VIEWS};
-use super::volume::{Irradiance, Kept, Maps, Volume, places_buffer};
+use super::volume::{Irradiance, Kept, Maps, Volume};
 use crate::gi::entry::{Entry, Stage};
 use crate::gi::inspect::{BeamStart, ViewRow};
 use crate::gi::shared::bounces::LightBounces;
 use crate::gi::shared::paths::{self, PathScene};
 use crate::gi::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
-use crate::render::bvh::SceneRays;
-use crate::render::{GBuffer, GpuScene, Receivers};
+use crate::render::{GBuffer, Receivers};
 use crate::shader::GpuStruct;
 
 /// The row of the registry.
@@ -103,39 +98,6 @@ fn make(_context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique
     }))
 }
 
-/// Where probes stand.
-#[derive(Clone, Copy)]
-enum Placement {
-    Lattice,
-    /// Away from what is nearer than `distance` (cells).
-    Relocated {
-        distance: f32,
-    },
-    /// `distance` (cells) off the surfaces that look them up.
-    Snapped {
-        distance: f32,
-    },
-}
-
-impl Placement {
-    fn new(settings: &Settings) -> Self {
-        let distance = settings.number("surface_distance");
-        if settings.is("placement", "snap") {
-            Placement::Snapped { distance }
-        } else if settings.is("placement", "relocate") {
-            Placement::Relocated { distance }
-        } else {
-            Placement::Lattice
-        }
-    }
-}
-
-/// Steps in which probes move away from surfaces.
-const RELOCATIONS: u32 = 3;
-
-/// Rays, about, that are read back for it at a time.
-const RELOCATED_AT_A_TIME: u32 = 1 << 20;
-
 /// Bounces for which there is room where they are fed back: after the second, one and the other in
 /// turn.
 const FEEDBACK_BOUNCES: u32 = 3;
@@ -176,23 +138,10 @@ impl IrradianceProbes {
         built: &Built,
     ) -> Result<FrameStats, Error> {
         let (lattice, triangles) = (&built.volume.lattice, &built.scene.rays);
-        let mut stats = FrameStats::default();
-        let mut places: Vec<Vec3> = lattice.places().collect();
-        match self.placement {
-            Placement::Lattice => {}
-            Placement::Snapped { distance } => {
-                let (seen, explored) = explore(gpu, scene, triangles)?;
-                stats.append(explored);
-                places = snap(lattice, &seen, distance, self.lookup.normal_bias);
-            }
-            Placement::Relocated { distance } => {
-                let at_a_time = RELOCATED_AT_A_TIME / self.rays;
-                for part in places.chunks_mut(at_a_time.max(1) as usize) {
-                    let how = (part, [lattice.cell(), distance * lattice.cell()]);
-                    stats.append(self.relocate((gpu, scene), triangles, how)?);
-                }
-            }
-        }
+        let how = (self.rays, self.lookup.normal_bias);
+        let (places, mut stats) = self
+            .placement
+            .places((gpu, scene), triangles, lattice, how)?;
         built.volume.put(gpu, &places)?;
         let mut frame = Frame::new();
         frame.set_scene(&scene.set, &scene.materials);
@@ -200,32 +149,6 @@ impl IrradianceProbes {
         let filter = self.moment_filter;
         (built.rays).moments(&mut frame, triangles, &built.volume, filter);
         stats.append(gpu.submit(frame)?);
-        Ok(stats)
-    }
-}
-
-impl IrradianceProbes {
-    /// Moves some probes of a lattice of cells (m) away from what is nearer than `distance` (m).
-    fn relocate(
-        &self,
-        (gpu, scene): (&Gpu, &GpuScene),
-        triangles: &SceneRays,
-        (places, [cell, distance]): (&mut [Vec3], [f32; 2]),
-    ) -> Result<FrameStats, Error> {
-        let (homes, count) = (places.to_vec(), places.len() as u32);
-        let rays = ProbeRays::new(gpu, count, self.rays)?;
-        let mut stats = FrameStats::default();
-        for _ in 0..RELOCATIONS {
-            let from = places_buffer(gpu, places)?;
-            let mut frame = Frame::new();
-            frame.set_scene(&scene.set, &scene.materials);
-            rays.trace_from(&mut frame, triangles, (&from, count));
-            stats.append(gpu.submit(frame)?);
-            let seen = rays.read_distances(gpu, count)?;
-            for ((place, home), rays) in places.iter_mut().zip(&homes).zip(&seen) {
-                *place = away(*place, *home, cell, distance, rays);
-            }
-        }
         Ok(stats)
     }
 }

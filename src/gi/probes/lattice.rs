@@ -47,11 +47,15 @@ impl Lattice {
         at.x + self.counts.x * (at.y + self.counts.y * at.z)
     }
 
+    /// Where a probe is along each axis.
+    pub fn at(&self, probe: u32) -> UVec3 {
+        let UVec3 { x, y, .. } = self.counts;
+        UVec3::new(probe % x, probe / x % y, probe / (x * y))
+    }
+
     /// Where a probe stands (m).
     pub fn place(&self, probe: u32) -> Vec3 {
-        let UVec3 { x, y, .. } = self.counts;
-        let at = UVec3::new(probe % x, probe / x % y, probe / (x * y));
-        self.first + self.spacing * at.as_vec3()
+        self.first + self.spacing * self.at(probe).as_vec3()
     }
 
     /// Where all probes stand (m), in order.

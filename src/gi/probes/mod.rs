@@ -8,6 +8,7 @@ pub mod lattice;
 pub mod lookup;
 pub mod oracle;
 pub mod passes;
+pub mod placement;
 pub mod rays;
 pub mod relocate;
 mod settings;
