@@ -49,6 +49,7 @@ mod oracle_voxels;
 mod patches;
 mod planner;
 mod probes;
+mod probes_lookup;
 mod probes_place;
 mod probes_rooms;
 mod probes_view;
