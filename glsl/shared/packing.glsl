@@ -37,6 +37,22 @@ uint pack_unorm10(vec3 v) {
     return q.x | q.y << 10 | q.z << 20;
 }
 
+// Three numbers of 0 or more, 8 bits each, times a power of two that they share (Ward 1991).
+uint pack_rgbe(vec3 v) {
+    float most = max(v.r, max(v.g, v.b));
+    if (!(most > 1e-30)) return 0u;
+    int exponent;
+    frexp(most, exponent);
+    if (round(ldexp(most, 8 - exponent)) > 255.0) ++exponent;
+    uvec3 q = uvec3(round(v * ldexp(1.0, 8 - exponent)));
+    return q.r | q.g << 8 | q.b << 16 | uint(exponent + 128) << 24;
+}
+
+vec3 unpack_rgbe(uint packed) {
+    vec3 q = vec3(uvec3(packed, packed >> 8, packed >> 16) & 255u);
+    return q * ldexp(1.0, int(packed >> 24) - 136);
+}
+
 uvec3 unpack_uint10(uint packed) {
     return uvec3(packed, packed >> 10, packed >> 20) & 1023u;
 }

@@ -21,6 +21,7 @@ pub static TECHNIQUES: &[&Entry] = &[
     &lpv::octree::ENTRY,
     &ray_traced::ENTRY,
     &probes::irradiance::ENTRY,
+    &probes::light_field::ENTRY,
 ];
 
 /// The technique that commands take where none is named.

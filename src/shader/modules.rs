@@ -80,6 +80,38 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/probes/gather_by_rays_query.comp.spv"),
     ),
     ("gi/probes/light.comp", include_bytes!("../../spirv/gi/probes/light.comp.spv")),
+    (
+        "gi/probes/light_field/gather.comp",
+        include_bytes!("../../spirv/gi/probes/light_field/gather.comp.spv"),
+    ),
+    (
+        "gi/probes/light_field/gather_query.comp",
+        include_bytes!("../../spirv/gi/probes/light_field/gather_query.comp.spv"),
+    ),
+    (
+        "gi/probes/light_field/light.comp",
+        include_bytes!("../../spirv/gi/probes/light_field/light.comp.spv"),
+    ),
+    (
+        "gi/probes/light_field/light_query.comp",
+        include_bytes!("../../spirv/gi/probes/light_field/light_query.comp.spv"),
+    ),
+    (
+        "gi/probes/light_field/mirror.comp",
+        include_bytes!("../../spirv/gi/probes/light_field/mirror.comp.spv"),
+    ),
+    (
+        "gi/probes/light_field/mirror_query.comp",
+        include_bytes!("../../spirv/gi/probes/light_field/mirror_query.comp.spv"),
+    ),
+    (
+        "gi/probes/light_field/trace.comp",
+        include_bytes!("../../spirv/gi/probes/light_field/trace.comp.spv"),
+    ),
+    (
+        "gi/probes/light_field/trace_query.comp",
+        include_bytes!("../../spirv/gi/probes/light_field/trace_query.comp.spv"),
+    ),
     ("gi/probes/light_query.comp", include_bytes!("../../spirv/gi/probes/light_query.comp.spv")),
     ("gi/probes/moments.comp", include_bytes!("../../spirv/gi/probes/moments.comp.spv")),
     (
@@ -646,6 +678,7 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("test/copy.comp", include_bytes!("../../spirv/test/copy.comp.spv")),
     ("test/count.frag", include_bytes!("../../spirv/test/count.frag.spv")),
     ("test/double.comp", include_bytes!("../../spirv/test/double.comp.spv")),
+    ("test/field_rays.comp", include_bytes!("../../spirv/test/field_rays.comp.spv")),
     ("test/given.comp", include_bytes!("../../spirv/test/given.comp.spv")),
     ("test/material.comp", include_bytes!("../../spirv/test/material.comp.spv")),
     ("test/quad.vert", include_bytes!("../../spirv/test/quad.vert.spv")),

@@ -543,6 +543,7 @@ fn static_scenes_pay_nothing() {
                 "none",
                 "ray-traced",
                 "irradiance-probes",
+                "light-field-probes",
                 "clipmap",
                 "lpv",
                 "lpv-cascaded",

@@ -49,6 +49,7 @@ mod oracle_voxels;
 mod patches;
 mod planner;
 mod probes;
+mod probes_field;
 mod probes_lookup;
 mod probes_place;
 mod probes_rooms;

@@ -126,7 +126,31 @@ struct Life {
 }
 
 /// Few, which run every pass of every technique between them.
-const LIVES: [Life; 44] = [
+const LIVES: [Life; 46] = [
+    Life {
+        technique: "light-field-probes",
+        preset: Some("textbook"),
+        pairs: &[
+            ("probes", "3"),
+            ("radiance_texels", "16"),
+            ("rays", "2"),
+            ("mirror_rays", "2"),
+            ("placement", "snap"),
+            ("bounces", "3"),
+        ],
+        surfaces: Surfaces::Glossy,
+    },
+    Life {
+        technique: "light-field-probes",
+        preset: Some("default"),
+        pairs: &[
+            ("probes", "3"),
+            ("radiance_texels", "16"),
+            ("rays", "2"),
+            ("bounces", "feedback"),
+        ],
+        surfaces: Surfaces::Emissive,
+    },
     Life {
         technique: "irradiance-probes",
         preset: Some("accurate"),

@@ -20,7 +20,7 @@ const SIZE: [u32; 2] = [48, 48];
 const EDGE: f32 = 2.0;
 
 /// Appends a rectangle; `normal` is that of its front.
-fn add_rectangle(scene: &mut Scene, corner: Vec3, [u, v]: [Vec3; 2], normal: Vec3) {
+pub(crate) fn add_rectangle(scene: &mut Scene, corner: Vec3, [u, v]: [Vec3; 2], normal: Vec3) {
     let first = scene.vertices.len() as u32;
     for place in [corner, corner + u, corner + u + v, corner + v] {
         scene.vertices.push(Vertex {
@@ -41,7 +41,7 @@ fn add_rectangle(scene: &mut Scene, corner: Vec3, [u, v]: [Vec3; 2], normal: Vec
 }
 
 /// Appends a closed box whose front is inside, or outside.
-fn add_box(scene: &mut Scene, low: Vec3, high: Vec3, is_flipped: bool) {
+pub(crate) fn add_box(scene: &mut Scene, low: Vec3, high: Vec3, is_flipped: bool) {
     let size = high - low;
     for axis in 0..3 {
         let normal = Vec3::AXES[axis];

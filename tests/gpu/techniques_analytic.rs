@@ -299,6 +299,35 @@ const STATED: &[Stated] = &[
         furnace: [0.0, 0.0],
         plates: [0.019, 0.062],
     },
+    // Plates: silhouettes are as coarse as the texels of 8 probes along the longest side.
+    Stated {
+        name: "light-field-probes.default",
+        lit_sphere: [0.0, 0.0],
+        sky: [0.0, 0.0],
+        furnace: [0.0, 0.0],
+        plates: [0.051, 0.099],
+    },
+    Stated {
+        name: "light-field-probes.fast",
+        lit_sphere: [0.0, 0.0],
+        sky: [0.0, 0.0],
+        furnace: [0.0, 0.0],
+        plates: [0.051, 0.099],
+    },
+    Stated {
+        name: "light-field-probes.textbook",
+        lit_sphere: [0.0, 0.0],
+        sky: [0.0, 0.0],
+        furnace: [0.0, 0.0],
+        plates: [0.044, 0.100],
+    },
+    Stated {
+        name: "light-field-probes.accurate",
+        lit_sphere: [0.0, 0.0],
+        sky: [0.0, 0.0],
+        furnace: [0.0, 0.0],
+        plates: [0.031, 0.070],
+    },
 ];
 
 fn stated(case: &Case) -> &'static Stated {
@@ -1059,6 +1088,7 @@ const DEFAULT_BARS: &[(&str, f64, f64)] = &[
     ("lpv-octree.accurate", 0.04, 0.08),
     ("ray-traced.default", 0.02, 0.05),
     ("irradiance-probes.default", 0.03, 0.06),
+    ("light-field-probes.default", 0.03, 0.06),
 ];
 
 /// The default preset of every technique, at a bar that each states.

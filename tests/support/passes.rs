@@ -1,5 +1,6 @@
 //! Every pass there is: the library's, as each module lists them, and the tests' own.
 
+use lumivox::gi::probes::passes::LookupRow;
 use lumivox::gi::registry::TECHNIQUES;
 use lumivox::gi::shared::screen;
 use lumivox::gpu_struct;
@@ -50,6 +51,18 @@ gpu_struct! {
     }
 }
 
+gpu_struct! {
+    /// Parameters of `test.field_rays`.
+    pub struct FieldRayParams {
+        /// Of the probes; what of it counts is the columns and the smallest spacing.
+        pub lookup: LookupRow,
+        /// The greatest thickness of surfaces (m).
+        pub thickness_m: f32,
+        /// Number of rays.
+        pub count: u32,
+    }
+}
+
 /// A word, the parameters of passes of the tests.
 const fn word(name: &'static str) -> Field {
     Field {
@@ -69,7 +82,17 @@ const fn word_at(name: &'static str, offset: usize) -> Field {
 
 /// The passes of the tests.
 pub const TEST_PASSES: &[&Pass] = &[
-    &DOUBLE, &COPY, &STORE, &SAMPLE, &COUNT, &COLOR, &MATERIAL, &HARMONICS, &ANSWER, &RAYS,
+    &DOUBLE,
+    &COPY,
+    &STORE,
+    &SAMPLE,
+    &COUNT,
+    &COLOR,
+    &MATERIAL,
+    &HARMONICS,
+    &ANSWER,
+    &RAYS,
+    &FIELD_RAYS,
 ];
 
 /// values[i] = 2 values[i] + 1.
@@ -202,5 +225,20 @@ pub static RAYS: Pass = Pass {
     ),
     constants: &bvh::CONSTANTS,
     params: Some(("Params", &[word("count"), word_at("any", 4)])),
+    sets: Sets::Scene,
+};
+
+/// How rays end in the maps of a light field; a thread a ray.
+pub static FIELD_RAYS: Pass = Pass {
+    name: "test.field_rays",
+    shaders: Shaders::Compute("test/field_rays.comp"),
+    bindings: &[
+        Binding::buffer("field_rays", Access::ComputeRead),
+        Binding::buffer("ends", Access::ComputeWrite),
+        Binding::sampled("field_surfaces", Access::ComputeSampled),
+        Binding::sampled("field_radiance", Access::ComputeSampled),
+    ],
+    constants: &["FIELD_TEXELS", "THICKNESS_TRACE"],
+    params: Some(FieldRayParams::LAYOUT),
     sets: Sets::Scene,
 };

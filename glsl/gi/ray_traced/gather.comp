@@ -15,7 +15,7 @@ layout(set = 1, binding = 11, rgba32f) uniform restrict image2D indirect_diffuse
 #include "shared/receiver.glsl"
 #define SPACE_BINDING 12
 #include "gi/shared/paths/path.glsl"
-#include "gi/ray_traced/start.glsl"
+#include "gi/shared/paths/start.glsl"
 
 const float GOLDEN_ANGLE = 2.399963229728653;
 

@@ -16,7 +16,7 @@ layout(set = 1, binding = 12, rgba32f) uniform restrict image2D indirect_specula
 #include "shared/gbuffer.glsl"
 #define SPACE_BINDING 13
 #include "gi/shared/paths/path.glsl"
-#include "gi/ray_traced/start.glsl"
+#include "gi/shared/paths/start.glsl"
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);

@@ -7,12 +7,12 @@ use super::figures;
 use super::lattice::Lattice;
 use super::lookup::{Lookup, gather};
 use super::passes::{
-    BLEND, BLEND_SH, BOUNCE, EXPLORE, GATHER, GATHER_BY_RAYS, LIGHT, LookupRow, MOMENTS,
-    MOMENTS_POWER, TRACE,
+    BLEND, BLEND_SH, BOUNCE, EXPLORE, GATHER, GATHER_BY_RAYS, LIGHT, MOMENTS, MOMENTS_POWER,
+    STRUCTS, TRACE,
 };
 use super::placement::Placement;
 use super::rays::{MomentFilter, ProbeRays};
-use super::settings::{PRESETS, RULES, SETTINGS};
+use super::settings::{PLACEMENT, PLACEMENT_RULES, PRESETS, RULES, SETTINGS};
 use super::view::{self, VIEW, VIEWS};
 use super::volume::{Irradiance, Kept, Maps, Volume};
 use crate::gi::entry::{Entry, Stage};
@@ -22,14 +22,13 @@ use crate::gi::shared::paths::{self, PathScene};
 use crate::gi::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
 use crate::render::{GBuffer, Receivers};
-use crate::shader::GpuStruct;
 
 /// The row of the registry.
 pub static ENTRY: Entry = Entry {
     bounces: |settings| LightBounces::new(settings).count(),
     frames_to_rest: |settings| LightBounces::new(settings).frames_to_rest(),
-    settings: &[SETTINGS],
-    rules: &[RULES],
+    settings: &[PLACEMENT, SETTINGS],
+    rules: &[PLACEMENT_RULES, RULES],
     presets: PRESETS,
     passes: &[&[
         &EXPLORE,
@@ -45,7 +44,7 @@ pub static ENTRY: Entry = Entry {
         &VIEW,
     ]],
     views: &[&VIEWS],
-    structs: &[paths::STRUCTS, &[("LookupRow", LookupRow::FIELDS)]],
+    structs: &[paths::STRUCTS, STRUCTS],
     stages: &[
         &Stage::store("hierarchy", paths::HOST_PASSES),
         &Stage::store("placement", &["probes.explore"]),

@@ -5,6 +5,7 @@ pub mod explore;
 pub mod figures;
 pub mod irradiance;
 pub mod lattice;
+pub mod light_field;
 pub mod lookup;
 pub mod oracle;
 pub mod passes;

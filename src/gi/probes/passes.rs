@@ -6,7 +6,7 @@ use crate::gpu_struct;
 use crate::graph::pass::join;
 use crate::graph::{Access, Binding, Pass, Sets, Shaders};
 use crate::render::bvh;
-use crate::shader::GpuStruct;
+use crate::shader::{GpuStruct, StructLayout};
 
 gpu_struct! {
     /// How places look probes up (`gi/probes/lookup_row.glsl`).
@@ -27,6 +27,9 @@ gpu_struct! {
         pub crush: f32,
     }
 }
+
+/// The structs that its shaders read, but for those of paths.
+pub(super) const STRUCTS: &[StructLayout] = &[("LookupRow", LookupRow::FIELDS)];
 
 gpu_struct! {
     /// Parameters of `probes.explore`.

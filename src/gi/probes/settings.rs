@@ -3,8 +3,8 @@
 use crate::gi::settings::{Domain, Group, Preset, Rule, Setting};
 use crate::gi::shared::paths::HIT_LIGHT;
 
-/// The settings of irradiance probes.
-pub(super) const SETTINGS: &[Setting] = &[
+/// Where probes stand.
+pub(super) const PLACEMENT: &[Setting] = &[
     Setting {
         name: "probes",
         help: "probes along the longest side of the scene",
@@ -40,6 +40,10 @@ pub(super) const SETTINGS: &[Setting] = &[
         },
         default: "0.15",
     },
+];
+
+/// The other settings of irradiance probes.
+pub(super) const SETTINGS: &[Setting] = &[
     Setting {
         name: "rays",
         help: "rays of a probe: traced when it is built, lit in each frame",
@@ -164,21 +168,23 @@ pub(super) const PRESETS: &[Preset] = &[
     },
 ];
 
-/// In which group settings are, and when they have an effect.
-pub(super) const RULES: &[Rule] = &[
-    Rule::always(
-        Group::Structure,
-        &["probes", "outer_layer", "placement", "irradiance"],
-    ),
-    Rule {
-        group: Group::Structure,
-        settings: &["irradiance_texels", "gradient"],
-        applies: |settings| settings.is("irradiance", "oct"),
-    },
+/// In which group the settings of where probes stand are, and when they have an effect.
+pub(super) const PLACEMENT_RULES: &[Rule] = &[
+    Rule::always(Group::Structure, &["probes", "outer_layer", "placement"]),
     Rule {
         group: Group::Structure,
         settings: &["surface_distance"],
         applies: |settings| !settings.is("placement", "lattice"),
+    },
+];
+
+/// The same of the other settings.
+pub(super) const RULES: &[Rule] = &[
+    Rule::always(Group::Structure, &["irradiance"]),
+    Rule {
+        group: Group::Structure,
+        settings: &["irradiance_texels", "gradient"],
+        applies: |settings| settings.is("irradiance", "oct"),
     },
     Rule {
         group: Group::Structure,

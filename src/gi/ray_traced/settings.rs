@@ -2,7 +2,7 @@
 
 use crate::gi::settings::{Domain, Group, Preset, Rule, Setting, Settings};
 use crate::gi::shared::interleave::Pattern;
-use crate::gi::shared::paths::HIT_LIGHT;
+use crate::gi::shared::paths::{HIT_LIGHT, MIRROR_RAYS, SPECULAR};
 use crate::gi::shared::screen;
 
 /// The technique's own settings; patterns have theirs.
@@ -14,20 +14,8 @@ pub(super) const SETTINGS: &[Setting] = &[
         domain: Domain::Count { min: 1, max: 1024 },
         default: "16",
     },
-    Setting {
-        name: "specular",
-        help: "glossy reflections",
-        unit: "",
-        domain: Domain::Choice(&["on", "off"]),
-        default: "on",
-    },
-    Setting {
-        name: "mirror_rays",
-        help: "rays that a pixel of a glossy surface mirrors, about the facets that the eye sees",
-        unit: "rays",
-        domain: Domain::Count { min: 1, max: 1024 },
-        default: "16",
-    },
+    SPECULAR,
+    MIRROR_RAYS,
     Setting {
         name: "bounces",
         help: "indirect bounces",

@@ -1,7 +1,9 @@
 //! The twin on the CPU, in f64: directions, maps, and how surfaces look them up.
 
+mod field;
 mod lookup;
 
+pub use field::{FieldMap, Met, Seen, Texel};
 pub use lookup::{Asked, Place, Probe, Probes, light_of_probes};
 
 use std::f64::consts::{PI, TAU};

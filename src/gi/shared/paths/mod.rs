@@ -37,6 +37,24 @@ pub const HIT_LIGHT: Setting = Setting {
     default: "rays",
 };
 
+/// Whether surfaces mirror.
+pub const SPECULAR: Setting = Setting {
+    name: "specular",
+    help: "glossy reflections",
+    unit: "",
+    domain: Domain::Choice(&["on", "off"]),
+    default: "on",
+};
+
+/// Rays of what mirrors.
+pub const MIRROR_RAYS: Setting = Setting {
+    name: "mirror_rays",
+    help: "rays that a pixel of a glossy surface mirrors, about the facets that the eye sees",
+    unit: "rays",
+    domain: Domain::Count { min: 1, max: 1024 },
+    default: "16",
+};
+
 /// The structs that its shaders read, but for those of the scene.
 pub const STRUCTS: &[StructLayout] = &[("GpuEmitter", GpuEmitter::FIELDS)];
 

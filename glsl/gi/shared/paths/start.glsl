@@ -1,6 +1,6 @@
 // Where the paths of a pixel begin.
-#ifndef LUMIVOX_RAY_TRACED_START
-#define LUMIVOX_RAY_TRACED_START
+#ifndef LUMIVOX_PATHS_START
+#define LUMIVOX_PATHS_START
 
 #include "render/bvh/start.glsl"
 

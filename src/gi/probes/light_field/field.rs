@@ -1,0 +1,84 @@
+//! The light fields of all probes: what each sees, texel by texel of an octahedral map.
+
+use std::sync::Arc;
+
+use super::passes::{FieldLightParams, FieldTraceParams, LIGHT, TRACE};
+use crate::gi::Inputs;
+use crate::gi::probes::lookup::Lookup;
+use crate::gi::probes::volume::{Maps, Volume, store_image};
+use crate::gi::shared::paths::PathScene;
+use crate::graph::{Error, Frame, Gpu, Image, vk};
+use crate::render::bvh::SceneRays;
+
+/// The maps of all probes beside each other, each without a border
+/// (`gi/probes/light_field/texels.glsl`).
+pub struct Field {
+    /// Edge of a map (texels).
+    pub edge: u32,
+    /// RG32UI: the triangle that a texel sees, and where on it.
+    pub hits: Arc<Image>,
+    /// R32UI: how far off that is (cells), half a word, and the normal there.
+    pub surfaces: Arc<Image>,
+    /// R32UI: its radiance (W/(m² sr)), with an exponent that the channels share.
+    pub radiance: Arc<Image>,
+}
+
+impl Field {
+    /// Makes room for maps of `edge`² texels of all probes.
+    pub fn new(gpu: &Gpu, volume: &Volume, edge: u32) -> Result<Self, Error> {
+        let rows = volume.lattice.probe_count().div_ceil(volume.columns);
+        let size = [volume.columns * edge, rows * edge];
+        let image = |name, format| store_image(gpu, name, size, format);
+        Ok(Field {
+            edge,
+            hits: image("light_field.hits", vk::Format::R32G32_UINT)?,
+            surfaces: image("light_field.surfaces", vk::Format::R32_UINT)?,
+            radiance: image("light_field.radiance", vk::Format::R32_UINT)?,
+        })
+    }
+
+    fn groups(&self) -> [u32; 3] {
+        let [width, height, _] = self.hits.extent(0);
+        [width.div_ceil(8), height.div_ceil(8), 1]
+    }
+
+    /// Adds [`TRACE`]: what all probes see from where they stand.
+    pub fn trace(&self, frame: &mut Frame, triangles: &SceneRays, volume: &Volume) {
+        triangles
+            .bind(frame.pass(&TRACE))
+            .bind("probe_places", &volume.places)
+            .bind("field_hits", &self.hits)
+            .bind("field_surfaces", &self.surfaces)
+            .push(&FieldTraceParams {
+                columns: volume.columns,
+                edge: self.edge,
+                probe_count: volume.lattice.probe_count(),
+                cell_m: volume.lattice.cell(),
+            })
+            .dispatch(self.groups());
+    }
+
+    /// Adds [`LIGHT`]: the light of what all probes see; with `reflected`, also what that reflects
+    /// of the irradiance in these maps.
+    pub fn light(
+        &self,
+        frame: &mut Frame,
+        given: &Inputs<'_>,
+        scene: &PathScene,
+        (volume, lookup): (&Volume, &Lookup),
+        (reflected, uses_maps): (Option<&Maps>, bool),
+    ) {
+        let pass = scene.bind(frame.pass(&LIGHT), given, uses_maps);
+        lookup
+            .bind(pass, volume, reflected.unwrap_or(volume.lit(1)))
+            .bind("field_hits", &self.hits)
+            .bind("field_radiance", &self.radiance)
+            .constant("REFLECTS", reflected.is_some())
+            .push(&FieldLightParams {
+                lookup: lookup.row(volume),
+                edge: self.edge,
+                probe_count: volume.lattice.probe_count(),
+            })
+            .dispatch(self.groups());
+    }
+}

@@ -1,0 +1,351 @@
+//! Technique `light-field-probes`: probes that know what they see, texel by texel. Rays of surfaces
+//! go through their maps, and not through triangles (McGuire et al. 2017; Luo 2022, section 4.3).
+
+mod field;
+mod passes;
+mod settings;
+
+pub use field::Field;
+pub use passes::{
+    FieldGatherParams, FieldLightParams, FieldTraceParams, GATHER, LIGHT, MIRROR, TRACE,
+};
+
+use std::sync::Arc;
+
+use super::lattice::Lattice;
+use super::passes::{BLEND_SH, BOUNCE, EXPLORE, LIGHT as LIGHT_RAYS, MOMENTS, TRACE as TRACE_RAYS};
+use super::placement::Placement;
+use super::rays::{MomentFilter, ProbeRays};
+use super::settings::{PLACEMENT, PLACEMENT_RULES};
+use super::volume::{Irradiance, Kept, Volume};
+use crate::gi::entry::{Directions, Entry, Stage};
+use crate::gi::shared::bounces::LightBounces;
+use crate::gi::shared::interleave::{self, Pattern};
+use crate::gi::shared::loops::LOOP_BUDGET;
+use crate::gi::shared::paths::{self, PathScene};
+use crate::gi::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
+use crate::graph::{Error, Frame, FrameStats, Gpu, Image, PassBuilder};
+use crate::render::bvh::TURNS_A_RAY;
+use crate::render::{GpuScene, Receivers, screen_groups, screen_image};
+use settings::{FieldRaySettings, LOOKUP, MOMENT_TEXELS, PRESETS, RULES, SETTINGS};
+
+/// The row of the registry.
+pub static ENTRY: Entry = Entry {
+    bounces: |settings| LightBounces::new(settings).count(),
+    frames_to_rest: |settings| LightBounces::new(settings).frames_to_rest(),
+    settings: &[
+        PLACEMENT,
+        SETTINGS,
+        interleave::SETTINGS,
+        interleave::SPECULAR_SETTINGS,
+    ],
+    rules: &[PLACEMENT_RULES, RULES],
+    presets: PRESETS,
+    passes: &[&[
+        &EXPLORE,
+        &TRACE_RAYS,
+        &MOMENTS,
+        &LIGHT_RAYS,
+        &BOUNCE,
+        &BLEND_SH,
+        &TRACE,
+        &LIGHT,
+        &GATHER,
+        &MIRROR,
+    ]],
+    structs: &[paths::STRUCTS, super::passes::STRUCTS],
+    stages: &[
+        &Stage::store("hierarchy", paths::HOST_PASSES),
+        &Stage::store("placement", &["probes.explore"]),
+        &Stage::store(
+            "tracing",
+            &["light_field.trace", "probes.trace", "probes.moments"],
+        ),
+        &Stage::store("lighting", &["light_field.light"]),
+        &Stage::store(
+            "irradiance",
+            &["probes.light", "probes.bounce", "probes.blend_sh"],
+        ),
+        &Stage::picture("gather", &["light_field.gather"]),
+        &Stage::picture("specular", &["light_field.mirror"]),
+    ],
+    directions: &[
+        Directions {
+            pass: &GATHER,
+            count: Some(|settings| settings.count("rays")),
+        },
+        Directions {
+            pass: &MIRROR,
+            count: None,
+        },
+    ],
+    directions_setting: |_| Some("rays"),
+    ..Entry::new(
+        "light-field-probes",
+        "a lattice of probes that know what they see, and rays through that",
+        make,
+    )
+};
+
+fn make(
+    &Context {
+        gpu, scene, size, ..
+    }: &Context<'_>,
+    settings: &Settings,
+) -> Result<Box<dyn Technique>, Error> {
+    let field_rays = FieldRaySettings::new(settings);
+    let mirrors = scene.is_glossy && field_rays.mirror_rays.is_some();
+    let mirrored = mirrors
+        .then(|| screen_image(gpu, "light_field.specular", size))
+        .transpose()?;
+    Ok(Box::new(LightFieldProbes {
+        probes: settings.count("probes"),
+        outer_layer: settings.number("outer_layer"),
+        placement: Placement::new(settings),
+        texels: settings.count("radiance_texels"),
+        probe_rays: settings.count("probe_rays"),
+        bounces: LightBounces::new(settings),
+        uses_maps: settings.is("hit_light", "maps"),
+        field_rays,
+        mirrored,
+        built: None,
+    }))
+}
+
+struct Built {
+    scene: PathScene,
+    volume: Volume,
+    /// Of which probes have their irradiance.
+    rays: ProbeRays,
+    field: Field,
+    /// Bounces of the last picture.
+    lit: u32,
+}
+
+struct LightFieldProbes {
+    probes: u32,
+    outer_layer: f32,
+    placement: Placement,
+    texels: u32,
+    probe_rays: u32,
+    bounces: LightBounces,
+    uses_maps: bool,
+    field_rays: FieldRaySettings,
+    mirrored: Option<Arc<Image>>,
+    built: Option<Built>,
+}
+
+impl LightFieldProbes {
+    /// Whether anything asks for the irradiance of probes.
+    fn has_irradiance(&self) -> bool {
+        self.bounces.any() || !self.field_rays.unknown_by_rays
+    }
+
+    /// Puts the probes where the scene needs them as it is, and finds out what they see.
+    fn place(
+        &self,
+        &Context { gpu, scene, .. }: &Context<'_>,
+        built: &Built,
+    ) -> Result<FrameStats, Error> {
+        let (lattice, triangles) = (&built.volume.lattice, &built.scene.rays);
+        let how = (self.probe_rays, LOOKUP.normal_bias);
+        let (places, mut stats) = self
+            .placement
+            .places((gpu, scene), triangles, lattice, how)?;
+        built.volume.put(gpu, &places)?;
+        let mut frame = Frame::new();
+        frame.set_scene(&scene.set, &scene.materials);
+        built.field.trace(&mut frame, triangles, &built.volume);
+        if self.has_irradiance() {
+            built.rays.trace(&mut frame, triangles, &built.volume);
+            (built.rays).moments(&mut frame, triangles, &built.volume, MomentFilter::Box);
+        }
+        stats.append(gpu.submit(frame)?);
+        Ok(stats)
+    }
+
+    /// First ray, and one beyond the last, of as many dispatches as keep the loops of a thread
+    /// within what a device does.
+    fn dispatches(&self, scene: &GpuScene, count: u32) -> impl Iterator<Item = [u32; 2]> {
+        let lights = if self.uses_maps {
+            0
+        } else {
+            scene.lights.len() as u32
+        };
+        let unknown = TURNS_A_RAY * (1 + lights);
+        let most = (LOOP_BUDGET / (PROBES_A_RAY * 4 * self.texels + unknown)).max(1);
+        (0..count)
+            .step_by(most as usize)
+            .map(move |first| [first, (first + most).min(count)])
+    }
+
+    /// A pass with what rays through the field read.
+    fn bind<'f>(
+        &self,
+        pass: PassBuilder<'f>,
+        built: &Built,
+        given: &Inputs<'_>,
+    ) -> PassBuilder<'f> {
+        let unknown_by_rays = self.field_rays.unknown_by_rays;
+        let asked = built.lit - u32::from(unknown_by_rays);
+        let pass = built.scene.bind(pass, given, self.uses_maps);
+        LOOKUP
+            .bind(pass, &built.volume, built.volume.lit(asked))
+            .bind("field_surfaces", &built.field.surfaces)
+            .bind("field_radiance", &built.field.radiance)
+            .constant("FIELD_TEXELS", self.texels)
+            .constant("THICKNESS_TRACE", self.field_rays.has_thickness)
+            .constant("UNKNOWN_BY_RAYS", unknown_by_rays)
+            .constant("REFLECTS", built.lit > 1)
+    }
+
+    /// What the rays of a dispatch are told.
+    fn params(
+        &self,
+        volume: &Volume,
+        ray_count: u32,
+        [first_ray, end_ray]: [u32; 2],
+        pattern: Pattern,
+    ) -> FieldGatherParams {
+        FieldGatherParams {
+            lookup: LOOKUP.row(volume),
+            ray_count,
+            first_ray,
+            end_ray,
+            pattern: pattern.bits(),
+            origin_bias: self.field_rays.origin_bias,
+            thickness_m: self.field_rays.thickness_m,
+        }
+    }
+}
+
+/// Probes that a ray asks at most.
+const PROBES_A_RAY: u32 = 8;
+
+/// Bounces for which probes have room where they are fed back: after the second, one and the other
+/// in turn.
+const FEEDBACK_BOUNCES: u32 = 3;
+
+impl Technique for LightFieldProbes {
+    fn needs(&self) -> Needs {
+        Needs {
+            maps: if self.uses_maps {
+                MapNeeds::Shadows
+            } else {
+                MapNeeds::Direct
+            },
+            motion: false,
+        }
+    }
+
+    fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
+        self.built = None;
+        let &Context { gpu, scene, .. } = context;
+        let (own, mut stats) = PathScene::build(gpu, scene)?;
+        let lattice = Lattice::within(scene.lit_bounds(), self.probes, self.outer_layer);
+        let has_irradiance = self.has_irradiance();
+        let kept = Kept {
+            irradiance: Irradiance::Harmonics,
+            moment_texels: has_irradiance.then_some(MOMENT_TEXELS),
+            has_gradients: false,
+            bounces: self.bounces.count().unwrap_or(FEEDBACK_BOUNCES),
+        };
+        let volume = Volume::new(gpu, lattice, &kept)?;
+        let traced = if has_irradiance {
+            lattice.probe_count()
+        } else {
+            1
+        };
+        let built = Built {
+            scene: own,
+            field: Field::new(gpu, &volume, self.texels)?,
+            rays: ProbeRays::new(gpu, traced, self.probe_rays)?,
+            volume,
+            lit: 0,
+        };
+        stats.append(self.place(context, &built)?);
+        self.built = Some(built);
+        Ok(stats)
+    }
+
+    fn follow(&mut self, context: &Context<'_>, change: Change) -> Result<FrameStats, Error> {
+        if change != Change::Models {
+            return Ok(FrameStats::default());
+        }
+        let Some(mut built) = self.built.take() else {
+            return self.build(context);
+        };
+        let mut stats = built.scene.follow(context.gpu, context.scene)?;
+        stats.append(self.place(context, &built)?);
+        self.built = Some(built);
+        Ok(stats)
+    }
+
+    fn update(&mut self, frame: &mut Frame, given: &Inputs<'_>) {
+        let asks_for_more = u32::from(!self.field_rays.unknown_by_rays);
+        let Some(built) = &mut self.built else { return };
+        built.lit = self.bounces.count().unwrap_or(built.lit + 1);
+        // What texels reflect is one bounce less than the picture has.
+        let of_probes = built.lit - 1 + asks_for_more;
+        if of_probes > 0 {
+            let bounces = match self.bounces {
+                LightBounces::Count(_) => 2..=of_probes,
+                LightBounces::Feedback => of_probes.max(2)..=of_probes,
+            };
+            let how = (&LOOKUP, bounces, self.uses_maps);
+            (built.rays).light(frame, given, &built.scene, &built.volume, how);
+        }
+        let reflected = (built.lit > 1).then(|| built.volume.lit(built.lit - 1));
+        let probes = (&built.volume, &LOOKUP);
+        (built.field).light(
+            frame,
+            given,
+            &built.scene,
+            probes,
+            (reflected, self.uses_maps),
+        );
+    }
+
+    fn gather(&mut self, frame: &mut Frame, given: &Inputs<'_>, receivers: &Receivers<'_>) {
+        let Some(built) = &self.built else { return };
+        let FieldRaySettings { rays, pattern, .. } = self.field_rays;
+        for part in self.dispatches(given.scene, rays) {
+            self.bind(frame.pass(&GATHER), built, given)
+                .bind("view_depth", receivers.view_depth)
+                .bind("normals", receivers.normals)
+                .bind("indirect_diffuse", receivers.light)
+                .push(&self.params(&built.volume, rays, part, pattern))
+                .dispatch(receivers.groups());
+        }
+    }
+
+    fn mirror(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> Option<Arc<Image>> {
+        let (built, mirrored) = (self.built.as_ref()?, self.mirrored.as_ref()?);
+        let (count, specular) = (
+            self.field_rays.mirror_rays?,
+            given.gbuffer.specular.as_ref()?,
+        );
+        let pattern = self.field_rays.specular_pattern;
+        for part in self.dispatches(given.scene, count) {
+            self.bind(frame.pass(&MIRROR), built, given)
+                .bind("view_depth", &given.gbuffer.view_depth)
+                .bind("normals", &given.gbuffer.normals)
+                .bind("specular", specular)
+                .bind("indirect_specular", mirrored)
+                .push(&self.params(&built.volume, count, part, pattern))
+                .dispatch(screen_groups(given.gbuffer.size));
+        }
+        Some(Arc::clone(mirrored))
+    }
+}
+
+impl Inspect for LightFieldProbes {
+    fn counts(&self, _gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
+        let Some(built) = &self.built else {
+            return Ok(Vec::new());
+        };
+        let mut counts = built.scene.counts();
+        counts.push(("probes", built.volume.lattice.probe_count().into()));
+        Ok(counts)
+    }
+}

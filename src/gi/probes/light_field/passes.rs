@@ -1,0 +1,162 @@
+//! The passes, and what they are told.
+
+use crate::gi::probes::lookup::{LOOKUP_BINDINGS, LOOKUP_CONSTANTS};
+use crate::gi::probes::passes::LookupRow;
+use crate::gi::shared::paths;
+use crate::gpu_struct;
+use crate::graph::pass::join;
+use crate::graph::{Access, Binding, Pass, Sets, Shaders};
+use crate::render::bvh;
+use crate::shader::GpuStruct;
+
+gpu_struct! {
+    /// Parameters of `light_field.trace`.
+    pub struct FieldTraceParams {
+        /// Maps beside each other in the images.
+        pub columns: u32,
+        /// Edge of a map (texels).
+        pub edge: u32,
+        /// Number of probes.
+        pub probe_count: u32,
+        /// The smallest spacing (m).
+        pub cell_m: f32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `light_field.light`.
+    pub struct FieldLightParams {
+        /// How places look probes up.
+        pub lookup: LookupRow,
+        /// Edge of a map (texels).
+        pub edge: u32,
+        /// Number of probes.
+        pub probe_count: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `light_field.gather` and `light_field.mirror`.
+    pub struct FieldGatherParams {
+        /// How places look probes up.
+        pub lookup: LookupRow,
+        /// Rays of all dispatches.
+        pub ray_count: u32,
+        /// First ray of this dispatch, which adds to what those before it left.
+        pub first_ray: u32,
+        /// One beyond its last ray.
+        pub end_ray: u32,
+        /// Of a tile of pixels, as [`crate::gi::shared::interleave::Pattern`] packs it.
+        pub pattern: u32,
+        /// How far off its surface a ray starts (texels of the nearest probe).
+        pub origin_bias: f32,
+        /// The greatest thickness of surfaces (m).
+        pub thickness_m: f32,
+    }
+}
+
+/// The surface that each texel of each probe sees. Reads places, writes RG32UI and R32UI; a thread
+/// a texel.
+pub static TRACE: Pass = Pass {
+    name: "light_field.trace",
+    shaders: Shaders::Compute("gi/probes/light_field/trace.comp"),
+    bindings: &join::<_, 5, 3, 8>(
+        bvh::BINDINGS,
+        [
+            Binding::buffer("probe_places", Access::ComputeRead),
+            Binding::image("field_hits", Access::ComputeWrite),
+            Binding::image("field_surfaces", Access::ComputeWrite),
+        ],
+    ),
+    constants: &bvh::CONSTANTS,
+    params: Some(FieldTraceParams::LAYOUT),
+    sets: Sets::Scene,
+};
+
+/// Its radiance. Reads hits and the maps of irradiance, writes R32UI; a thread a texel.
+pub static LIGHT: Pass = Pass {
+    name: "light_field.light",
+    shaders: Shaders::Compute("gi/probes/light_field/light.comp"),
+    bindings: &join::<_, 11, 5, 16>(
+        join::<_, 9, 2, 11>(
+            paths::BINDINGS,
+            [
+                Binding::sampled("field_hits", Access::ComputeSampled),
+                Binding::image("field_radiance", Access::ComputeWrite),
+            ],
+        ),
+        LOOKUP_BINDINGS,
+    ),
+    constants: &join::<_, 12, 1, 13>(
+        join::<_, 6, 6, 12>(paths::CONSTANTS, LOOKUP_CONSTANTS),
+        ["REFLECTS"],
+    ),
+    params: Some(FieldLightParams::LAYOUT),
+    sets: Sets::Scene,
+};
+
+/// What a pass binds last whose threads follow rays through the field
+/// (`gi/probes/light_field/rays.glsl`).
+const FIELD_BINDINGS: [Binding; 7] = join::<_, 2, 5, 7>(
+    [
+        Binding::sampled("field_surfaces", Access::ComputeSampled),
+        Binding::sampled("field_radiance", Access::ComputeSampled),
+    ],
+    LOOKUP_BINDINGS,
+);
+
+const FIELD_CONSTANTS: [&str; 16] = join::<_, 6, 10, 16>(
+    paths::CONSTANTS,
+    join::<_, 4, 6, 10>(
+        [
+            "FIELD_TEXELS",
+            "THICKNESS_TRACE",
+            "UNKNOWN_BY_RAYS",
+            "REFLECTS",
+        ],
+        LOOKUP_CONSTANTS,
+    ),
+);
+
+/// Diffuse light and visibility by rays through the field. Reads the G-buffer and maps, adds to an
+/// RGBA32F image; a thread a pixel.
+pub static GATHER: Pass = Pass {
+    name: "light_field.gather",
+    shaders: Shaders::Compute("gi/probes/light_field/gather.comp"),
+    bindings: &join::<_, 12, 7, 19>(
+        join::<_, 9, 3, 12>(
+            paths::BINDINGS,
+            [
+                Binding::sampled("view_depth", Access::ComputeSampled),
+                Binding::sampled("normals", Access::ComputeSampled),
+                Binding::image("indirect_diffuse", Access::ComputeReadWrite),
+            ],
+        ),
+        FIELD_BINDINGS,
+    ),
+    constants: &FIELD_CONSTANTS,
+    params: Some(FieldGatherParams::LAYOUT),
+    sets: Sets::Scene,
+};
+
+/// Light that glossy surfaces mirror, by rays through the field. Reads the G-buffer and maps, adds
+/// to an RGBA32F image; a thread a pixel.
+pub static MIRROR: Pass = Pass {
+    name: "light_field.mirror",
+    shaders: Shaders::Compute("gi/probes/light_field/mirror.comp"),
+    bindings: &join::<_, 13, 7, 20>(
+        join::<_, 9, 4, 13>(
+            paths::BINDINGS,
+            [
+                Binding::sampled("view_depth", Access::ComputeSampled),
+                Binding::sampled("normals", Access::ComputeSampled),
+                Binding::sampled("specular", Access::ComputeSampled),
+                Binding::image("indirect_specular", Access::ComputeReadWrite),
+            ],
+        ),
+        FIELD_BINDINGS,
+    ),
+    constants: &FIELD_CONSTANTS,
+    params: Some(FieldGatherParams::LAYOUT),
+    sets: Sets::Scene,
+};
