@@ -345,7 +345,7 @@ fn an_empty_room_has_nothing_unknown() {
                 let wall = if towards[axis] > 0.0 { 2.0 } else { 0.0 };
                 (wall - origin[axis]) / towards[axis]
             });
-            let expected = exits.fold(f32::INFINITY, f32::min) / cell;
+            let expected = exits.fold(f32::INFINITY, |a, b| if b < a { b } else { a }) / cell;
             let texel = 4.0 / edge as f32 * (ray.origin + expected * towards).length();
             far_off += u32::from((at as f32 - expected).abs() > texel);
         }
@@ -396,7 +396,7 @@ fn texels_beyond_a_fold_are_those_of_the_direction() {
         let shown = [8.0 * f64::from(at) + 7.0, 8.0 * f64::from(7 - at) + 7.0];
         let is_shown = shown.iter().any(|shown| (light - shown).abs() < 1e-9);
         assert!(is_shown, "{light}, not one of {shown:?}");
-        assert!((octahedral(direction(beyond)) - beyond).abs().max_element() < 1e-9);
+        assert!((octahedral(direction(beyond)) - beyond).abs().largest() < 1e-9);
     }
     let all = map.radiance.iter().map(|light| light.x).worst();
     assert_eq!(all, 63.0);

@@ -44,6 +44,9 @@ const STREAMS: &[(&str, &str)] = &[("propagation", "stream"), ("bands", "4")];
 /// On top of techniques whose bounces may end early.
 const BOUNCES: &[(&str, &str)] = &[("bounces", "3")];
 
+/// On top of the default presets of techniques that place probes.
+const MOVED: &[(&str, &str)] = &[("placement", "snap")];
+
 /// On top of the default presets: what pixels share.
 const SHARED: [&[(&str, &str)]; 2] = [
     &[("history", "2"), ("blur", "even")],
@@ -104,9 +107,13 @@ fn combinations() -> Vec<(Case, Vec<(&'static str, &'static str)>)> {
     let early = bounce_cases().into_iter();
     let early = early.filter(|case| case.preset == Some("accurate") && has(case, "bounce_change"));
     let bounces = early.map(|case| (case, BOUNCES.to_vec()));
+    let placing = default_cases().into_iter();
+    let placing = placing.filter(|case| has(case, "placement"));
+    let moved = placing.map(|case| (case, MOVED.to_vec()));
     let shared = default_cases().into_iter();
     let shared = shared.flat_map(|case| SHARED.map(|pairs| (case, pairs.to_vec())));
     (presets.chain(more).chain(streams).chain(bounces))
+        .chain(moved)
         .chain(shared)
         .collect()
 }

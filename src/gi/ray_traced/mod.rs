@@ -25,7 +25,7 @@ pub static ENTRY: Entry = Entry {
         interleave::SETTINGS,
         interleave::SPECULAR_SETTINGS,
     ],
-    rules: &[RULES],
+    rules: &[RULES, interleave::RULES],
     presets: PRESETS,
     passes: &[
         &[&GATHER, &GATHER_CACHED, &MIRROR, &MIRROR_CACHED],

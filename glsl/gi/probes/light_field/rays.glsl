@@ -1,6 +1,6 @@
 // The light that comes to a surface along rays through a light field. The including pass follows
-// paths, declares FieldGatherParams and the numbers of its next bindings and constants, FIELD_BINDING
-// and FIELD_CONSTANT.
+// paths, declares FieldGatherParams, and the numbers of its next bindings and constants,
+// FIELD_BINDING and FIELD_CONSTANT.
 #ifndef LUMIVOX_LIGHT_FIELD_RAYS
 #define LUMIVOX_LIGHT_FIELD_RAYS
 

@@ -39,7 +39,7 @@ pub static ENTRY: Entry = Entry {
         interleave::SETTINGS,
         interleave::SPECULAR_SETTINGS,
     ],
-    rules: &[PLACEMENT_RULES, RULES],
+    rules: &[PLACEMENT_RULES, RULES, interleave::RULES],
     presets: PRESETS,
     passes: &[&[
         &EXPLORE,
@@ -141,6 +141,12 @@ impl LightFieldProbes {
         self.bounces.any() || !self.field_rays.unknown_by_rays
     }
 
+    /// Bounces that probes' irradiance has in a picture of so many: one less is what texels
+    /// reflect, and all are what answers for the unknown.
+    fn bounces_of_probes(&self, bounces: u32) -> u32 {
+        bounces - u32::from(self.field_rays.unknown_by_rays)
+    }
+
     /// Puts the probes where the scene needs them as it is, and finds out what they see.
     fn place(
         &self,
@@ -187,7 +193,7 @@ impl LightFieldProbes {
         given: &Inputs<'_>,
     ) -> PassBuilder<'f> {
         let unknown_by_rays = self.field_rays.unknown_by_rays;
-        let asked = built.lit - u32::from(unknown_by_rays);
+        let asked = self.bounces_of_probes(built.lit);
         let pass = built.scene.bind(pass, given, self.uses_maps);
         LOOKUP
             .bind(pass, &built.volume, built.volume.lit(asked))
@@ -248,7 +254,9 @@ impl Technique for LightFieldProbes {
             irradiance: Irradiance::Harmonics,
             moment_texels: has_irradiance.then_some(MOMENT_TEXELS),
             has_gradients: false,
-            bounces: self.bounces.count().unwrap_or(FEEDBACK_BOUNCES),
+            bounces: self.bounces.count().map_or(FEEDBACK_BOUNCES, |count| {
+                self.bounces_of_probes(count).max(1)
+            }),
         };
         let volume = Volume::new(gpu, lattice, &kept)?;
         let traced = if has_irradiance {
@@ -282,11 +290,13 @@ impl Technique for LightFieldProbes {
     }
 
     fn update(&mut self, frame: &mut Frame, given: &Inputs<'_>) {
-        let asks_for_more = u32::from(!self.field_rays.unknown_by_rays);
+        let Some(last) = self.built.as_ref().map(|built| built.lit) else {
+            return;
+        };
+        let lit = self.bounces.count().unwrap_or(last + 1);
+        let of_probes = self.bounces_of_probes(lit);
         let Some(built) = &mut self.built else { return };
-        built.lit = self.bounces.count().unwrap_or(built.lit + 1);
-        // What texels reflect is one bounce less than the picture has.
-        let of_probes = built.lit - 1 + asks_for_more;
+        built.lit = lit;
         if of_probes > 0 {
             let bounces = match self.bounces {
                 LightBounces::Count(_) => 2..=of_probes,

@@ -146,17 +146,6 @@ pub(super) const RULES: &[Rule] = &[
         applies: |settings| settings.is("specular", "on"),
     },
     Rule::always(Group::Bounces, &["bounces"]),
-    Rule::always(Group::Screen, &["interleave", "interleave_rows"]),
-    Rule {
-        group: Group::Screen,
-        settings: &["specular_interleave"],
-        applies: |settings| settings.is("specular", "on"),
-    },
-    Rule {
-        group: Group::Screen,
-        settings: &["interleave_window", "interleave_order", "interleave_turn"],
-        applies: |settings| Pattern::new(settings).count() > 1,
-    },
 ];
 
 /// How surfaces look up the irradiance of its probes.

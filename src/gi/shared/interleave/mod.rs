@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use super::surfaces::Limits;
 use crate::gi::Settings;
-use crate::gi::settings::{Domain, Setting};
+use crate::gi::settings::{Domain, Group, Rule, Setting};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Frame, Image, Pass, Sets, Shaders};
 use crate::render::Receivers;
@@ -65,6 +65,21 @@ pub static SETTINGS: &[Setting] = &[
         unit: "",
         domain: Domain::Choice(&["on", "off"]),
         default: "on",
+    },
+];
+
+/// In which group they are, and when they have an effect, where rays alone have patterns.
+pub const RULES: &[Rule] = &[
+    Rule::always(Group::Screen, &["interleave", "interleave_rows"]),
+    Rule {
+        group: Group::Screen,
+        settings: &["specular_interleave"],
+        applies: |settings| settings.is("specular", "on"),
+    },
+    Rule {
+        group: Group::Screen,
+        settings: &["interleave_window", "interleave_order", "interleave_turn"],
+        applies: |settings| Pattern::new(settings).count() > 1,
     },
 ];
 
