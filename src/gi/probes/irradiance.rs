@@ -4,13 +4,12 @@
 use std::sync::Arc;
 
 use super::figures;
-use super::lattice::Lattice;
 use super::lookup::{Lookup, gather};
 use super::passes::{
     BLEND, BLEND_SH, BOUNCE, EXPLORE, GATHER, GATHER_BY_RAYS, LIGHT, MOMENTS, MOMENTS_POWER,
     STRUCTS, TRACE,
 };
-use super::placement::Placement;
+use super::placement::Standing;
 use super::rays::{MomentFilter, ProbeRays};
 use super::settings::{PLACEMENT, PLACEMENT_RULES, PRESETS, RULES, SETTINGS};
 use super::view::{self, VIEW, VIEWS};
@@ -69,9 +68,7 @@ pub static ENTRY: Entry = Entry {
 fn make(_context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
     let bounces = LightBounces::new(settings);
     Ok(Box::new(IrradianceProbes {
-        probes: settings.count("probes"),
-        outer_layer: settings.number("outer_layer"),
-        placement: Placement::new(settings),
+        standing: Standing::new(settings),
         moment_filter: if settings.is("moment_filter", "power") {
             MomentFilter::Power
         } else {
@@ -117,9 +114,7 @@ impl Built {
 }
 
 struct IrradianceProbes {
-    probes: u32,
-    outer_layer: f32,
-    placement: Placement,
+    standing: Standing,
     moment_filter: MomentFilter,
     rays: u32,
     kept: Kept,
@@ -136,12 +131,8 @@ impl IrradianceProbes {
         &Context { gpu, scene, .. }: &Context<'_>,
         built: &Built,
     ) -> Result<FrameStats, Error> {
-        let (lattice, triangles) = (&built.volume.lattice, &built.scene.rays);
-        let how = (self.rays, self.lookup.normal_bias);
-        let (places, mut stats) = self
-            .placement
-            .places((gpu, scene), triangles, lattice, how)?;
-        built.volume.put(gpu, &places)?;
+        let (triangles, how) = (&built.scene.rays, (self.rays, self.lookup.normal_bias));
+        let mut stats = (self.standing).put((gpu, scene), triangles, &built.volume, how)?;
         let mut frame = Frame::new();
         frame.set_scene(&scene.set, &scene.materials);
         built.rays.trace(&mut frame, triangles, &built.volume);
@@ -168,7 +159,7 @@ impl Technique for IrradianceProbes {
         self.built = None;
         let &Context { gpu, scene, .. } = context;
         let (own, mut stats) = PathScene::build(gpu, scene)?;
-        let lattice = Lattice::within(scene.lit_bounds(), self.probes, self.outer_layer);
+        let lattice = self.standing.lattice(scene);
         let built = Built {
             scene: own,
             volume: Volume::new(gpu, lattice, &self.kept)?,

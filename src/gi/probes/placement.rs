@@ -6,10 +6,51 @@ use super::explore::explore;
 use super::lattice::Lattice;
 use super::relocate::relocate;
 use super::snap::snap;
+use super::volume::Volume;
 use crate::gi::Settings;
 use crate::graph::{Error, FrameStats, Gpu};
 use crate::render::GpuScene;
 use crate::render::bvh::SceneRays;
+
+/// How many probes there are, and where they stand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Standing {
+    /// Along the longest side of the scene.
+    probes: u32,
+    /// How far inside of its bounds the outermost are (spacings).
+    outer_layer: f32,
+    placement: Placement,
+}
+
+impl Standing {
+    /// As the settings say.
+    pub(super) fn new(settings: &Settings) -> Self {
+        Standing {
+            probes: settings.count("probes"),
+            outer_layer: settings.number("outer_layer"),
+            placement: Placement::new(settings),
+        }
+    }
+
+    /// Where they stand in a scene before they are moved.
+    pub fn lattice(&self, scene: &GpuScene) -> Lattice {
+        Lattice::within(scene.lit_bounds(), self.probes, self.outer_layer)
+    }
+
+    /// Puts them where a scene needs them as it is. The rest is as [`Placement::places`] has it.
+    pub fn put(
+        &self,
+        (gpu, scene): (&Gpu, &GpuScene),
+        triangles: &SceneRays,
+        volume: &Volume,
+        how: (u32, f32),
+    ) -> Result<FrameStats, Error> {
+        let lattice = &volume.lattice;
+        let (places, stats) = (self.placement).places((gpu, scene), triangles, lattice, how)?;
+        volume.put(gpu, &places)?;
+        Ok(stats)
+    }
+}
 
 /// Where probes stand.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -42,6 +42,16 @@ pub(super) const PLACEMENT: &[Setting] = &[
     },
 ];
 
+/// How often light goes from probe to probe.
+pub(super) const BOUNCES: Setting = Setting {
+    name: "bounces",
+    help: "indirect bounces: so many in each frame, or feedback: one more with each frame, \
+           from what probes had in the last one",
+    unit: "",
+    domain: Domain::Choice(&["1", "2", "3", "4", "5", "6", "7", "8", "feedback"]),
+    default: "1",
+};
+
 /// The other settings of irradiance probes.
 pub(super) const SETTINGS: &[Setting] = &[
     Setting {
@@ -126,14 +136,7 @@ pub(super) const SETTINGS: &[Setting] = &[
         domain: Domain::Count { min: 0, max: 2 },
         default: "2",
     },
-    Setting {
-        name: "bounces",
-        help: "indirect bounces: so many in each frame, or feedback: one more with each frame, \
-               from what probes had in the last one",
-        unit: "",
-        domain: Domain::Choice(&["1", "2", "3", "4", "5", "6", "7", "8", "feedback"]),
-        default: "1",
-    },
+    BOUNCES,
 ];
 
 /// The presets.

@@ -2,18 +2,12 @@
 
 use crate::gi::settings::{Domain, Group, Preset, Rule, Setting, Settings};
 use crate::gi::shared::interleave::Pattern;
-use crate::gi::shared::paths::{HIT_LIGHT, MIRROR_RAYS, SPECULAR};
+use crate::gi::shared::paths::{HIT_LIGHT, MIRROR_RAYS, RAYS, SPECULAR};
 use crate::gi::shared::screen;
 
 /// The technique's own settings; patterns have theirs.
 pub(super) const SETTINGS: &[Setting] = &[
-    Setting {
-        name: "rays",
-        help: "cosine-distributed rays that a pixel gathers diffuse light along",
-        unit: "rays",
-        domain: Domain::Count { min: 1, max: 1024 },
-        default: "16",
-    },
+    RAYS,
     SPECULAR,
     MIRROR_RAYS,
     Setting {

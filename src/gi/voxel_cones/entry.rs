@@ -4,6 +4,7 @@ use super::rules::RULES;
 use crate::gi::entry::{Directions, Entry, Make, Stage, Substitution};
 use crate::gi::inspect::{Channels, Scale, ViewRow};
 use crate::gi::shared::cone::{self, VolumePasses};
+use crate::gi::shared::interleave;
 use crate::gi::shared::voxel::{self, LightBounces, SpacePasses, trace};
 use crate::graph::Pass;
 use crate::render::bvh::HOST_WORK;
@@ -98,7 +99,7 @@ pub(super) const fn entry(name: &'static str, summary: &'static str, make: Make)
             })
         },
         views: &[VIEWS],
-        rules: &[RULES],
+        rules: &[RULES, interleave::RULES],
         ..Entry::new(name, summary, make)
     }
 }

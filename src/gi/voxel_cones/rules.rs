@@ -4,7 +4,6 @@
 use crate::gi::Settings;
 use crate::gi::settings::{Group, Rule};
 use crate::gi::shared::cone::EmitterMethod;
-use crate::gi::shared::interleave::Pattern;
 use crate::gi::shared::voxel::{Directionality, LightBounces};
 
 /// All rules; a test changes what does not apply, and finds the same picture.
@@ -154,20 +153,7 @@ pub(super) const RULES: &[Rule] = &[
         settings: &["bounce_directions"],
         applies: |settings| LightBounces::new(settings).any(),
     },
-    Rule::always(
-        Group::Screen,
-        &["interleave", "interleave_rows", "occlusion_cones"],
-    ),
-    Rule {
-        group: Group::Screen,
-        settings: &["specular_interleave"],
-        applies: |settings| settings.is("specular", "on"),
-    },
-    Rule {
-        group: Group::Screen,
-        settings: &["interleave_window", "interleave_order", "interleave_turn"],
-        applies: |settings| Pattern::new(settings).count() > 1,
-    },
+    Rule::always(Group::Screen, &["occlusion_cones"]),
     Rule {
         group: Group::Screen,
         settings: &["ao_falloff"],

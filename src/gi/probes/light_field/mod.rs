@@ -12,9 +12,8 @@ pub use passes::{
 
 use std::sync::Arc;
 
-use super::lattice::Lattice;
 use super::passes::{BLEND_SH, BOUNCE, EXPLORE, LIGHT as LIGHT_RAYS, MOMENTS, TRACE as TRACE_RAYS};
-use super::placement::Placement;
+use super::placement::Standing;
 use super::rays::{MomentFilter, ProbeRays};
 use super::settings::{PLACEMENT, PLACEMENT_RULES};
 use super::volume::{Irradiance, Kept, Volume};
@@ -99,9 +98,7 @@ fn make(
         .then(|| screen_image(gpu, "light_field.specular", size))
         .transpose()?;
     Ok(Box::new(LightFieldProbes {
-        probes: settings.count("probes"),
-        outer_layer: settings.number("outer_layer"),
-        placement: Placement::new(settings),
+        standing: Standing::new(settings),
         texels: settings.count("radiance_texels"),
         probe_rays: settings.count("probe_rays"),
         bounces: LightBounces::new(settings),
@@ -123,9 +120,7 @@ struct Built {
 }
 
 struct LightFieldProbes {
-    probes: u32,
-    outer_layer: f32,
-    placement: Placement,
+    standing: Standing,
     texels: u32,
     probe_rays: u32,
     bounces: LightBounces,
@@ -153,12 +148,8 @@ impl LightFieldProbes {
         &Context { gpu, scene, .. }: &Context<'_>,
         built: &Built,
     ) -> Result<FrameStats, Error> {
-        let (lattice, triangles) = (&built.volume.lattice, &built.scene.rays);
-        let how = (self.probe_rays, LOOKUP.normal_bias);
-        let (places, mut stats) = self
-            .placement
-            .places((gpu, scene), triangles, lattice, how)?;
-        built.volume.put(gpu, &places)?;
+        let (triangles, how) = (&built.scene.rays, (self.probe_rays, LOOKUP.normal_bias));
+        let mut stats = (self.standing).put((gpu, scene), triangles, &built.volume, how)?;
         let mut frame = Frame::new();
         frame.set_scene(&scene.set, &scene.materials);
         built.field.trace(&mut frame, triangles, &built.volume);
@@ -248,7 +239,7 @@ impl Technique for LightFieldProbes {
         self.built = None;
         let &Context { gpu, scene, .. } = context;
         let (own, mut stats) = PathScene::build(gpu, scene)?;
-        let lattice = Lattice::within(scene.lit_bounds(), self.probes, self.outer_layer);
+        let lattice = self.standing.lattice(scene);
         let has_irradiance = self.has_irradiance();
         let kept = Kept {
             irradiance: Irradiance::Harmonics,

@@ -1,9 +1,10 @@
 //! Settings, presets and rules.
 
 use crate::gi::probes::lookup::{Lookup, Visibility};
+use crate::gi::probes::settings::BOUNCES;
 use crate::gi::settings::{Domain, Group, Preset, Rule, Setting, Settings};
 use crate::gi::shared::interleave::Pattern;
-use crate::gi::shared::paths::{HIT_LIGHT, MIRROR_RAYS, SPECULAR};
+use crate::gi::shared::paths::{HIT_LIGHT, MIRROR_RAYS, RAYS, SPECULAR};
 
 /// Its own settings; where probes stand, and patterns, have theirs.
 pub(super) const SETTINGS: &[Setting] = &[
@@ -47,13 +48,7 @@ pub(super) const SETTINGS: &[Setting] = &[
         domain: Domain::Choice(&["rays", "irradiance"]),
         default: "rays",
     },
-    Setting {
-        name: "rays",
-        help: "cosine-distributed rays that a pixel gathers diffuse light along",
-        unit: "rays",
-        domain: Domain::Count { min: 1, max: 1024 },
-        default: "16",
-    },
+    RAYS,
     SPECULAR,
     MIRROR_RAYS,
     HIT_LIGHT,
@@ -64,14 +59,7 @@ pub(super) const SETTINGS: &[Setting] = &[
         domain: Domain::Count { min: 32, max: 8192 },
         default: "256",
     },
-    Setting {
-        name: "bounces",
-        help: "indirect bounces: so many in each frame, or feedback: one more with each frame, \
-               from what probes had in the last one",
-        unit: "",
-        domain: Domain::Choice(&["1", "2", "3", "4", "5", "6", "7", "8", "feedback"]),
-        default: "1",
-    },
+    BOUNCES,
 ];
 
 /// The presets.

@@ -68,7 +68,7 @@ pub static SETTINGS: &[Setting] = &[
     },
 ];
 
-/// In which group they are, and when they have an effect, where rays alone have patterns.
+/// In which group they and those of reflections are, and when they have an effect.
 pub const RULES: &[Rule] = &[
     Rule::always(Group::Screen, &["interleave", "interleave_rows"]),
     Rule {

@@ -37,6 +37,15 @@ pub const HIT_LIGHT: Setting = Setting {
     default: "rays",
 };
 
+/// Rays of what gathers diffuse light.
+pub const RAYS: Setting = Setting {
+    name: "rays",
+    help: "cosine-distributed rays that a pixel gathers diffuse light along",
+    unit: "rays",
+    domain: Domain::Count { min: 1, max: 1024 },
+    default: "16",
+};
+
 /// Whether surfaces mirror.
 pub const SPECULAR: Setting = Setting {
     name: "specular",
