@@ -45,7 +45,7 @@ pub enum Error {
     /// A resource is larger than a limit of the device.
     #[error(
         "{resource}: {wanted} bytes wanted, but {limit} of this device is {available} bytes; \
-         lower the resolution or the size"
+         lower the resolution, the probes or the size"
     )]
     TooLarge {
         /// Name of the resource.
@@ -59,8 +59,8 @@ pub enum Error {
     },
     /// An image has too many texels along an axis, too many mips or too many layers.
     #[error(
-        "{resource}: {wanted} wanted, but this device allows {available}; lower the resolution or \
-         the size"
+        "{resource}: {wanted} wanted, but this device allows {available}; lower the resolution, \
+         the probes or the size"
     )]
     ImageTooLarge {
         /// Name of the resource.
@@ -73,7 +73,7 @@ pub enum Error {
     /// The memory heap is full.
     #[error(
         "{resource}: out of memory: {wanted} bytes wanted, {available} bytes available; lower the \
-         resolution or the size"
+         resolution, the probes or the size"
     )]
     OutOfMemory {
         /// Name of the resource.

@@ -42,8 +42,8 @@ fn value(setting: &Setting, place: &Index, share: u16) -> String {
     }
 }
 
-/// A preset of a technique, and two or three of its settings but the resolution, each with a value
-/// that it may have.
+/// A preset of a technique, and two or three of its settings but the resolution and the number of
+/// probes, each with a value that it may have.
 fn triples() -> impl Strategy<Value = (Case, Vec<(&'static str, String)>)> {
     (
         any::<Index>(),
@@ -57,7 +57,7 @@ fn triples() -> impl Strategy<Value = (Case, Vec<(&'static str, String)>)> {
                 .iter()
                 .copied()
                 .flatten()
-                .filter(|setting| setting.name != "resolution")
+                .filter(|setting| !["resolution", "probes"].contains(&setting.name))
                 .collect();
             let pair = |(setting, place, share): &(Index, Index, u16)| {
                 let setting = *setting.get(&settings);
@@ -97,7 +97,7 @@ fn settings_that_are_legal_together_give_sound_light() {
     let lights = small_lights().map(|(_, light)| light);
     let strategy = (triples(), any::<Index>(), 0usize..4);
     let tried = TestRunner::new(config).run(&strategy, |((case, pairs), surfaces, light)| {
-        let mut all = vec![("resolution", case.smallest_resolution())];
+        let mut all = vec![("resolution", case.smallest_resolution()), ("probes", "3")];
         all.retain(|(name, _)| case.has(name));
         all.extend(pairs.iter().map(|(name, value)| (*name, value.as_str())));
         let what = format!("{} {all:?}", case.name());

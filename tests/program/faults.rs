@@ -28,7 +28,7 @@ fn the_program_ends_with_one_line() {
                 "out of memory",
                 "bytes wanted",
                 "bytes available",
-                "lower the resolution or the size",
+                "lower the resolution, the probes or the size",
             ],
         ),
         ("absent=maintenance4", 1, &["lacks: maintenance4"]),
