@@ -74,12 +74,15 @@ vec2 texture_uv(uint vertex) {
     return vec2(uvs[vertex].x, 1.0 - uvs[vertex].y);
 }
 
+// From the eye through the centre of a pixel, up to view depth 1.
+vec3 pixel_ray(ivec2 pixel) {
+    vec2 ndc = (vec2(pixel) + 0.5) / vec2(frame.size_px.xy) * 2.0 - 1.0;
+    return frame.ray_forward.xyz + ndc.x * frame.ray_right.xyz - ndc.y * frame.ray_up.xyz;
+}
+
 // Position [m] of the surface at view depth `depth_m` through the centre of a pixel.
 vec3 position_from_depth(ivec2 pixel, float depth_m) {
-    vec2 ndc = (vec2(pixel) + 0.5) / vec2(frame.size_px.xy) * 2.0 - 1.0;
-    return frame.eye_ws.xyz
-        + depth_m
-        * (frame.ray_forward.xyz + ndc.x * frame.ray_right.xyz - ndc.y * frame.ray_up.xyz);
+    return frame.eye_ws.xyz + depth_m * pixel_ray(pixel);
 }
 
 #endif

@@ -25,7 +25,8 @@ layout(location = 1) out vec4 rsm_reflected;   // square roots of albedo × fall
 
 void main() {
     Material m = materials[material];
-    if (m.albedo.w > 0.0 && texture(sampler2D(mask_texture, linear_repeat), uv).r < 0.5) discard;
+    bool is_cut =
+        m.albedo.w > 0.0 && texture(sampler2D(mask_texture, linear_repeat), uv).r < 0.5;
     Light light = lights[light_views[params.view].light.x];
     vec3 albedo = m.albedo.rgb * (1.0 - m.metalness.x)
         * texture(sampler2D(albedo_texture, linear_repeat), uv).rgb;
@@ -37,4 +38,6 @@ void main() {
 #endif
     rsm_reflected = vec4(
         sqrt(albedo * light_falloff(light, normalize(position_ws - light.position_kind.xyz))), 1.0);
+    // Last: differences to neighbours need them alive.
+    if (is_cut) discard;
 }

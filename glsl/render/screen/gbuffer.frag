@@ -41,7 +41,10 @@ const float BEHIND_PX = 1e9;
 // lies on the near plane and has not moved.
 vec2 motion_of(vec4 then, vec4 now) {
     if (then.w < 0.5 * then.z) return vec2(BEHIND_PX);
-    return 0.5 * vec2(frame.size_px.xy) * (then.xy / then.w - now.xy / now.w);
+    // Precise, so that equal places are 0 apart.
+    precise vec2 place_then = then.xy / then.w, place_now = now.xy / now.w;
+    precise vec2 apart = place_then - place_now;
+    return 0.5 * vec2(frame.size_px.xy) * apart;
 }
 
 // Right-handed axes along the first edge of a triangle and its normal.
@@ -86,10 +89,28 @@ vec3 on_side_of(vec3 normal, vec3 shading) {
     return dot(shading, normal) < 0.0 ? -shading : shading;
 }
 
+// A depth is nearer by more than it is rounded: in a corner the place would else lie behind the
+// other wall.
+const float NEARER = 2e-6;
+
+// View depth [m] where the pixel's ray meets the plane of its triangle. Rasterizers move corners to
+// a grid of parts of a pixel (subPixelPrecisionBits). What they interpolate is off the plane by
+// more than rays start off it, in small pictures far more. Beyond the corners, at edges and where
+// the plane is seen edge-on, it is what they interpolate.
+float depth_on_plane(vec3 a, vec3 b, vec3 c, float interpolated) {
+    vec3 eye = frame.eye_ws.xyz, forward = frame.ray_forward.xyz, normal = cross(b - a, c - a);
+    vec3 corners = vec3(dot(a - eye, forward), dot(b - eye, forward), dot(c - eye, forward));
+    float least = max(min(corners.x, min(corners.y, corners.z)), 0.0);
+    float most = max(corners.x, max(corners.y, corners.z));
+    float depth = dot(normal, a - eye) / dot(normal, pixel_ray(ivec2(gl_FragCoord.xy)));
+    return (depth > least && depth < most ? depth : interpolated) * (1.0 - NEARER);
+}
+
 void main() {
     uvec3 triangle = vertices_of(triangle_index);
     Material m = materials[triangle_materials[triangle_index]];
-    if (m.albedo.w > 0.0 && texture(sampler2D(mask_texture, linear_repeat), uv).r < 0.5) discard;
+    bool is_cut =
+        m.albedo.w > 0.0 && texture(sampler2D(mask_texture, linear_repeat), uv).r < 0.5;
     vec3 base = m.albedo.rgb * texture(sampler2D(albedo_texture, linear_repeat), uv).rgb;
     vec3 a = position_of(triangle.x), b = position_of(triangle.y), c = position_of(triangle.z);
     vec3 geometric = normalize(cross(b - a, c - a));
@@ -99,7 +120,7 @@ void main() {
         shading = on_side_of(geometric, mapped_normal(triangle, shading, spread));
     vec3 to_eye = frame.eye_ws.xyz - position_ws;
     bool front = dot(geometric, to_eye) >= 0.0;
-    view_depth_m = -dot(to_eye, frame.ray_forward.xyz);
+    view_depth_m = depth_on_plane(a, b, c, -dot(to_eye, frame.ray_forward.xyz));
     normals = front ? uvec2(pack_unit(geometric), pack_unit(shading))
                     : uvec2(pack_unit(-geometric), pack_unit(-shading));
     albedo = vec4(base, spread);
@@ -123,4 +144,6 @@ void main() {
 #ifdef MATERIAL
     material = triangle_materials[triangle_index] + 1u;
 #endif
+    // Last: textures are sampled with the differences to neighbours, which have to be alive.
+    if (is_cut) discard;
 }
