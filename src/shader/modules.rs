@@ -122,6 +122,11 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         "gi/probes/moments_query.comp",
         include_bytes!("../../spirv/gi/probes/moments_query.comp.spv"),
     ),
+    ("gi/probes/surfaces.comp", include_bytes!("../../spirv/gi/probes/surfaces.comp.spv")),
+    (
+        "gi/probes/surfaces_query.comp",
+        include_bytes!("../../spirv/gi/probes/surfaces_query.comp.spv"),
+    ),
     ("gi/probes/trace.comp", include_bytes!("../../spirv/gi/probes/trace.comp.spv")),
     ("gi/probes/trace_query.comp", include_bytes!("../../spirv/gi/probes/trace_query.comp.spv")),
     ("gi/probes/view.comp", include_bytes!("../../spirv/gi/probes/view.comp.spv")),

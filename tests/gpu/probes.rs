@@ -80,34 +80,63 @@ pub(crate) struct Traced {
     pub(crate) paths: PathScene,
     pub(crate) volume: Volume,
     pub(crate) rays: ProbeRays,
+    /// What rays have met, before it is packed.
+    pub(crate) hits: Vec<[u32; 4]>,
 }
 
 pub(crate) fn traced(
     gpu: &Gpu,
     scene: &Scene,
     [probes, rays]: [u32; 2],
-    texels: [u32; 2],
+    edges: [u32; 2],
 ) -> Traced {
     let on_gpu = GpuScene::new(gpu, scene).unwrap();
     let (paths, _) = PathScene::build(gpu, &on_gpu).unwrap();
     let lattice = Lattice::within(on_gpu.bounds, probes, 0.3);
-    let volume = volume(gpu, lattice, texels);
+    let volume = volume(gpu, lattice, edges);
     let rays = ProbeRays::new(gpu, lattice.probe_count(), rays).unwrap();
-    let mut frame = Frame::new();
-    frame.set_scene(&on_gpu.set, &on_gpu.materials);
-    rays.trace(&mut frame, &paths.rays, &volume);
-    rays.moments(&mut frame, &paths.rays, &volume, MomentFilter::Box);
-    gpu.submit(frame).unwrap();
-    Traced {
+    let mut traced = Traced {
         on_gpu,
         paths,
         volume,
         rays,
+        hits: Vec::new(),
+    };
+    traced.trace(gpu);
+    let Traced { on_gpu, paths, .. } = &traced;
+    let mut frame = Frame::new();
+    frame.set_scene(&on_gpu.set, &on_gpu.materials);
+    (traced.rays).moments(&mut frame, &paths.rays, &traced.volume, MomentFilter::Box);
+    gpu.submit(frame).unwrap();
+    traced
+}
+
+impl Traced {
+    /// Traces from where the probes are now.
+    pub(crate) fn trace(&mut self, gpu: &Gpu) {
+        let Traced {
+            on_gpu,
+            paths,
+            volume,
+            rays,
+            ..
+        } = &self;
+        let places = (&volume.places, volume.lattice.probe_count());
+        let mut frame = Frame::new();
+        frame.set_scene(&on_gpu.set, &on_gpu.materials);
+        rays.trace_from(&mut frame, &paths.rays, places);
+        gpu.submit(frame).unwrap();
+        let hits = texels(gpu, &rays.hits);
+        let mut frame = Frame::new();
+        frame.set_scene(&on_gpu.set, &on_gpu.materials);
+        rays.trace(&mut frame, on_gpu, paths, volume);
+        gpu.submit(frame).unwrap();
+        self.hits = hits;
     }
 }
 
 pub(crate) fn ray_direction(probe: u32, ray: u32, count: u32) -> DVec3 {
-    oracle::turn_of(probe) * oracle::fibonacci(ray, count)
+    oracle::turn_of(probe) * oracle::ray_set(count)[ray as usize]
 }
 
 /// What a ray sees, as the reference does (m).
@@ -123,7 +152,7 @@ fn rays_and_moments_are_what_the_reference_sees() {
         let (count, edges) = (100, [5, 9]);
         let traced = traced(&gpu, &scene, [4, count], edges);
         let (volume, oracle) = (&traced.volume, RayOracle::new(&scene));
-        let hits: Vec<[u32; 4]> = texels(&gpu, &traced.rays.hits);
+        let hits = &traced.hits;
         let (lattice, cell) = (&volume.lattice, f64::from(volume.lattice.cell()));
         let reach = 1.5 * f64::from(lattice.diagonal()) / cell;
         // Where a ray passes an edge, its rounding decides.
@@ -180,7 +209,7 @@ fn power_moments_are_the_oracles() {
         frame.set_scene(&traced.on_gpu.set, &traced.on_gpu.materials);
         rays.moments(&mut frame, &traced.paths.rays, volume, MomentFilter::Power);
         gpu.submit(frame).unwrap();
-        let hits: Vec<[u32; 4]> = texels(&gpu, &rays.hits);
+        let hits = &traced.hits;
         let read = rays.read_distances(&gpu, volume.lattice.probe_count());
         let cell = f64::from(volume.lattice.cell());
         let reach = 1.5 * f64::from(volume.lattice.diagonal()) / cell;
@@ -226,7 +255,7 @@ fn gradients_are_the_oracles() {
         rays.blend(&mut frame, volume, [0, probe_count], [first, first], false);
         rays.blend(&mut frame, volume, [0, probe_count], [first, second], true);
         gpu.submit(frame).unwrap();
-        let hits: Vec<[u32; 4]> = texels(&gpu, &rays.hits);
+        let hits = &traced.hits;
         let cell = f64::from(volume.lattice.cell());
         for probe in 0..probe_count {
             let source = |ray: u32| {
@@ -242,7 +271,8 @@ fn gradients_are_the_oracles() {
             };
             let sources: Vec<oracle::Source> = (0..count).map(source).collect();
             let expected = with_border(&oracle::gradients(&sources, edge));
-            let largest = expected.iter().map(|e| e.truncate().largest()).worst();
+            let sizes = expected.iter().map(|e| e.truncate().abs().largest());
+            let largest = sizes.worst();
             for (maps, times) in [(first, 1.0), (second, 2.0)] {
                 let scales: Vec<f32> =
                     bytemuck::pod_collect_to_vec(&gpu.read_buffer(&maps.scales).unwrap());

@@ -301,14 +301,17 @@ fn bounced_light_is_the_oracles() {
     let mut random = Random::new(5);
     for scene in scenes() {
         let count = 64;
-        let traced = traced(&gpu, &scene, [4, count], [6, 8]);
+        let mut traced = traced(&gpu, &scene, [4, count], [6, 8]);
+        let maps = RandomMaps::new(&gpu, &traced.volume, 1.0, &mut random);
+        // From where that has moved them.
+        traced.trace(&gpu);
         let Traced {
             on_gpu,
             paths,
             volume,
             rays,
+            hits,
         } = &traced;
-        let maps = RandomMaps::new(&gpu, volume, 1.0, &mut random);
         let probe = |probe| maps.probe(probe);
         let probes = Probes {
             lattice: &volume.lattice,
@@ -336,7 +339,6 @@ fn bounced_light_is_the_oracles() {
             all,
         );
         gpu.submit(frame).unwrap();
-        let hits: Vec<[u32; 4]> = texels(&gpu, &rays.hits);
         let found: Vec<[u32; 4]> = texels(&gpu, &rays.light);
         let (mut worst, mut largest) = (0.0f64, 0.0f64);
         for probe in half..2 * half {

@@ -10,18 +10,19 @@ layout(constant_id = 0) const uint IRRADIANCE_TEXELS = 8;
 layout(constant_id = 1) const uint ADDS = 0;   // 1: to what `before` has, whose alpha stays
 layout(constant_id = 2) const uint HAS_GRADIENTS = 0;
 
-layout(set = 1, binding = 0) uniform utexture2D ray_hits;
-layout(set = 1, binding = 1) uniform texture2D ray_light;
-layout(set = 1, binding = 2) uniform texture2D before;
-layout(set = 1, binding = 3) uniform texture2D gradients_before;
-layout(std430, set = 1, binding = 4) restrict readonly buffer ScalesBefore {
+layout(set = 1, binding = 0) uniform texture2D ray_set;
+layout(set = 1, binding = 1) uniform utexture2D ray_hits;
+layout(set = 1, binding = 2) uniform texture2D ray_light;
+layout(set = 1, binding = 3) uniform texture2D before;
+layout(set = 1, binding = 4) uniform texture2D gradients_before;
+layout(std430, set = 1, binding = 5) restrict readonly buffer ScalesBefore {
     float scales_before[];
 };
-layout(std430, set = 1, binding = 5) restrict writeonly buffer ProbeScales {
+layout(std430, set = 1, binding = 6) restrict writeonly buffer ProbeScales {
     float probe_scales[];
 };
-layout(set = 1, binding = 6, rgba16f) uniform restrict writeonly image2D probe_irradiance;
-layout(set = 1, binding = 7, rgba16f) uniform restrict writeonly image2D probe_gradients;
+layout(set = 1, binding = 7, rgba16f) uniform restrict writeonly image2D probe_irradiance;
+layout(set = 1, binding = 8, rgba16f) uniform restrict writeonly image2D probe_gradients;
 
 #include "gi/probes/blend_params.glsl"
 #include "shared/frame.glsl"
@@ -63,7 +64,7 @@ void main() {
             uint end = min(RAYS, params.ray_count - begin);
             barrier();
             for (uint i = thread; i < end; i += THREADS) {
-                directions[i] = turn * fibonacci(begin + i, params.ray_count);
+                directions[i] = turn * ray_of_set(begin + i);
                 ivec2 place = texel_of_ray(index * params.ray_count + begin + i);
                 brought[i] = texelFetch(sampler2D(ray_light, nearest_clamp), place, 0);
                 if (HAS_GRADIENTS != 0u) {

@@ -8,15 +8,16 @@ layout(local_size_x = 64) in;
 
 layout(constant_id = 0) const uint ADDS = 0;   // 1: to what `before` has, whose alpha stays
 
-layout(set = 1, binding = 0) uniform texture2D ray_light;
-layout(set = 1, binding = 1) uniform texture2D before;
-layout(std430, set = 1, binding = 2) restrict readonly buffer ScalesBefore {
+layout(set = 1, binding = 0) uniform texture2D ray_set;
+layout(set = 1, binding = 1) uniform texture2D ray_light;
+layout(set = 1, binding = 2) uniform texture2D before;
+layout(std430, set = 1, binding = 3) restrict readonly buffer ScalesBefore {
     float scales_before[];
 };
-layout(std430, set = 1, binding = 3) restrict writeonly buffer ProbeScales {
+layout(std430, set = 1, binding = 4) restrict writeonly buffer ProbeScales {
     float probe_scales[];
 };
-layout(set = 1, binding = 4, rgba16f) uniform restrict writeonly image2D probe_irradiance;
+layout(set = 1, binding = 5, rgba16f) uniform restrict writeonly image2D probe_irradiance;
 
 #include "gi/probes/blend_params.glsl"
 #include "shared/frame.glsl"
@@ -42,7 +43,7 @@ void main() {
         own[i] = 0.0;
     }
     for (uint ray = thread; ray < params.ray_count; ray += THREADS) {
-        float basis[9] = sh_evaluate3(turn * fibonacci(ray, params.ray_count));
+        float basis[9] = sh_evaluate3(turn * ray_of_set(ray));
         ivec2 place = texel_of_ray(index * params.ray_count + ray);
         vec4 light = texelFetch(sampler2D(ray_light, nearest_clamp), place, 0);
         for (uint i = 0u; i < COEFFICIENTS; ++i) {

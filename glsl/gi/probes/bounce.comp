@@ -6,8 +6,9 @@ layout(local_size_x = 64) in;
 
 #include "gi/shared/paths/bindings.glsl"
 
-layout(set = 1, binding = 9) uniform utexture2D ray_hits;
-layout(set = 1, binding = 10, rgba32f) uniform restrict writeonly image2D ray_light;
+layout(set = 1, binding = 9) uniform texture2D ray_set;
+layout(set = 1, binding = 10) uniform utexture2D ray_hits;
+layout(set = 1, binding = 11, rgba32f) uniform restrict writeonly image2D ray_light;
 
 #include "gi/probes/lookup_row.glsl"
 
@@ -18,8 +19,8 @@ layout(push_constant) uniform BounceParams {
     uint all;          // their rays
 } params;
 
-#include "gi/shared/paths/vertex.glsl"
-#define LOOKUP_BINDING 11
+#include "gi/probes/hit_surface.glsl"
+#define LOOKUP_BINDING 12
 #define LOOKUP_CONSTANT 6
 #define TRACES
 #include "gi/probes/lookup.glsl"
@@ -33,8 +34,8 @@ void main() {
     uvec4 hit = texelFetch(usampler2D(ray_hits, nearest_clamp), texel_of_ray(ray), 0);
     vec3 light = vec3(0.0);
     if (hit.x != NO_TRIANGLE) {
-        vec3 direction = turn_of(probe) * fibonacci(ray % params.ray_count, params.ray_count);
-        PathVertex v = vertex_at(hit.x, uintBitsToFloat(hit.yz), -direction);
+        vec3 direction = turn_of(probe) * ray_of_set(ray % params.ray_count);
+        PathVertex v = unpack_hit(hit, probe_places[probe].xyz, direction);
         if (v.albedo != vec3(0.0))
             light = v.albedo / PI * light_of_probes(v.position, v.geometric_normal, v.normal).rgb;
     }

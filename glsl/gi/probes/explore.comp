@@ -18,7 +18,18 @@ layout(push_constant) uniform ExploreParams {
 #include "render/bvh/traverse.glsl"
 #include "shared/directions.glsl"
 #include "shared/packing.glsl"
-#include "gi/probes/rays.glsl"
+#include "shared/random.glsl"
+
+// The golden angle, in turns of 2³²: whole numbers lose nothing after many rays.
+const uint GOLDEN_TURN = 1640531527u;
+
+// Ray `ray` of `count`: a point of a Fibonacci set.
+vec3 fibonacci(uint ray, uint count) {
+    float z = 1.0 - (2.0 * float(ray) + 1.0) / float(count);
+    float phi = float(GOLDEN_TURN * ray) * 1.4629180792671596e-9;
+    float r = sqrt(max(1.0 - z * z, 0.0));
+    return vec3(r * cos(phi), r * sin(phi), z);
+}
 
 // How far off a surface a path goes on, as a share of the largest coordinate of its triangle.
 const float OFFSET_SHARE = 2e-6;

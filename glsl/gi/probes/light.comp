@@ -6,8 +6,10 @@ layout(local_size_x = 64) in;
 
 #include "gi/shared/paths/bindings.glsl"
 
-layout(set = 1, binding = 9) uniform utexture2D ray_hits;
-layout(set = 1, binding = 10, rgba32f) uniform restrict writeonly image2D ray_light;
+layout(set = 1, binding = 9) uniform texture2D ray_set;
+layout(set = 1, binding = 10) uniform utexture2D ray_hits;
+layout(set = 1, binding = 11, rgba32f) uniform restrict writeonly image2D ray_light;
+layout(std430, set = 1, binding = 12) restrict readonly buffer ProbePlaces { vec4 probe_places[]; };
 
 layout(push_constant) uniform RayLightParams {
     uint ray_count;    // of a probe
@@ -16,6 +18,7 @@ layout(push_constant) uniform RayLightParams {
 } params;
 
 #include "gi/shared/paths/path.glsl"
+#include "gi/probes/hit_surface.glsl"
 #include "gi/probes/rays.glsl"
 
 void main() {
@@ -28,8 +31,8 @@ void main() {
         imageStore(ray_light, texel_of_ray(index), vec4(frame.environment.rgb, 1.0));
         return;
     }
-    vec3 direction = turn_of(probe) * fibonacci(ray % params.ray_count, params.ray_count);
-    PathVertex v = vertex_at(hit.x, uintBitsToFloat(hit.yz), -direction);
+    vec3 direction = turn_of(probe) * ray_of_set(ray % params.ray_count);
+    PathVertex v = unpack_hit(hit, probe_places[probe].xyz, direction);
     // What reflects the light of what emits is a bounce.
     vec3 light = v.emission + light_straight(v, frame.size_px.z, 0u, vec3(0.0));
     imageStore(ray_light, texel_of_ray(index), vec4(light, 0.0));

@@ -5,8 +5,9 @@
 // texel.
 layout(local_size_x = 64) in;
 
-layout(set = 1, binding = 0) uniform utexture2D ray_hits;
-layout(set = 1, binding = 1, rg16f) uniform restrict writeonly image2D probe_moments;
+layout(set = 1, binding = 0) uniform texture2D ray_set;
+layout(set = 1, binding = 1) uniform utexture2D ray_hits;
+layout(set = 1, binding = 2, rg16f) uniform restrict writeonly image2D probe_moments;
 
 #include "shared/frame.glsl"
 #include "gi/probes/moments.glsl"
@@ -30,7 +31,7 @@ void main() {
     vec2 sum = vec2(0.0);
     float weights = 0.0;
     for (uint ray = 0u; ray < count; ++ray) {
-        float weight = sharpened(max(dot(axis, fibonacci(ray, count)), 0.0));
+        float weight = sharpened(max(dot(axis, ray_of_set(ray)), 0.0));
         if (weight < LEAST_WEIGHT) continue;
         ivec2 place = texel_of_ray(probe * count + ray);
         uint distance = texelFetch(usampler2D(ray_hits, nearest_clamp), place, 0).w;

@@ -1,19 +1,9 @@
-// Which directions probes look along, and where their rays are kept (Rust: gi::probes::rays).
+// Which directions probes look along, and where their rays are kept (Rust: gi::probes::rays). The
+// including pass declares `ray_set`.
 #ifndef LUMIVOX_PROBES_RAYS
 #define LUMIVOX_PROBES_RAYS
 
 #include "shared/random.glsl"
-
-// The golden angle, in turns of 2³²: whole numbers lose nothing after many rays.
-const uint GOLDEN_TURN = 1640531527u;
-
-// Ray `ray` of `count`: a point of a Fibonacci set, before it is turned.
-vec3 fibonacci(uint ray, uint count) {
-    float z = 1.0 - (2.0 * float(ray) + 1.0) / float(count);
-    float phi = float(GOLDEN_TURN * ray) * 1.4629180792671596e-9;
-    float r = sqrt(max(1.0 - z * z, 0.0));
-    return vec3(r * cos(phi), r * sin(phi), z);
-}
 
 // The turn of a probe's rays, uniform over all turns (Shoemake 1992): what the set misses is noise,
 // and no pattern that all probes have.
@@ -34,6 +24,11 @@ const uint RAYS_A_ROW = 4096u;
 
 ivec2 texel_of_ray(uint ray) {
     return ivec2(ray % RAYS_A_ROW, ray / RAYS_A_ROW);
+}
+
+// Direction of ray `ray` of a probe, before it is turned.
+vec3 ray_of_set(uint ray) {
+    return texelFetch(sampler2D(ray_set, nearest_clamp), texel_of_ray(ray), 0).xyz;
 }
 
 #endif

@@ -49,7 +49,12 @@ pub static ENTRY: Entry = Entry {
         &Stage::store("placement", &["probes.explore"]),
         &Stage::store(
             "tracing",
-            &["probes.trace", "probes.moments", "probes.moments_power"],
+            &[
+                "probes.trace",
+                "probes.surfaces",
+                "probes.moments",
+                "probes.moments_power",
+            ],
         ),
         &Stage::store(
             "lighting",
@@ -135,7 +140,9 @@ impl IrradianceProbes {
         let mut stats = (self.standing).put((gpu, scene), triangles, &built.volume, how)?;
         let mut frame = Frame::new();
         frame.set_scene(&scene.set, &scene.materials);
-        built.rays.trace(&mut frame, triangles, &built.volume);
+        built
+            .rays
+            .trace(&mut frame, scene, &built.scene, &built.volume);
         let filter = self.moment_filter;
         (built.rays).moments(&mut frame, triangles, &built.volume, filter);
         stats.append(gpu.submit(frame)?);

@@ -44,7 +44,7 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Parameters of `probes.trace`.
+    /// Parameters of `probes.trace` and `probes.surfaces`.
     pub struct TraceParams {
         /// Rays of a probe.
         pub ray_count: u32,
@@ -138,14 +138,31 @@ pub static EXPLORE: Pass = Pass {
 pub static TRACE: Pass = Pass {
     name: "probes.trace",
     shaders: Shaders::Compute("gi/probes/trace.comp"),
-    bindings: &join::<_, 5, 2, 7>(
+    bindings: &join::<_, 5, 3, 8>(
         bvh::BINDINGS,
         [
             Binding::buffer("probe_places", Access::ComputeRead),
+            Binding::sampled("ray_set", Access::ComputeSampled),
             Binding::image("ray_hits", Access::ComputeWrite),
         ],
     ),
     constants: &bvh::CONSTANTS,
+    params: Some(TraceParams::LAYOUT),
+    sets: Sets::Scene,
+};
+
+/// Packs what each ray has met: the surface there. Reads and writes RGBA32UI; a thread a ray.
+pub static SURFACES: Pass = Pass {
+    name: "probes.surfaces",
+    shaders: Shaders::Compute("gi/probes/surfaces.comp"),
+    bindings: &join::<_, 5, 2, 7>(
+        bvh::BINDINGS,
+        [
+            Binding::sampled("ray_set", Access::ComputeSampled),
+            Binding::image("ray_hits", Access::ComputeReadWrite),
+        ],
+    ),
+    constants: &join::<_, 3, 2, 5>(bvh::CONSTANTS, ["EMITTERS", "BUMPS"]),
     params: Some(TraceParams::LAYOUT),
     sets: Sets::Scene,
 };
@@ -172,6 +189,7 @@ pub static MOMENTS_POWER: Pass = Pass {
     name: "probes.moments_power",
     shaders: Shaders::Compute("gi/probes/moments_power.comp"),
     bindings: &[
+        Binding::sampled("ray_set", Access::ComputeSampled),
         Binding::sampled("ray_hits", Access::ComputeSampled),
         Binding::image("probe_moments", Access::ComputeWrite),
     ],
@@ -185,7 +203,10 @@ pub static MOMENTS_POWER: Pass = Pass {
 pub static LIGHT: Pass = Pass {
     name: "probes.light",
     shaders: Shaders::Compute("gi/probes/light.comp"),
-    bindings: &join::<_, 9, 2, 11>(paths::BINDINGS, RAYS),
+    bindings: &join::<_, 12, 1, 13>(
+        join::<_, 9, 3, 12>(paths::BINDINGS, RAYS),
+        [Binding::buffer("probe_places", Access::ComputeRead)],
+    ),
     constants: &paths::CONSTANTS,
     params: Some(RayLightParams::LAYOUT),
     sets: Sets::Scene,
@@ -196,13 +217,14 @@ pub static LIGHT: Pass = Pass {
 pub static BOUNCE: Pass = Pass {
     name: "probes.bounce",
     shaders: Shaders::Compute("gi/probes/bounce.comp"),
-    bindings: &join::<_, 11, 5, 16>(join::<_, 9, 2, 11>(paths::BINDINGS, RAYS), LOOKUP_BINDINGS),
+    bindings: &join::<_, 12, 5, 17>(join::<_, 9, 3, 12>(paths::BINDINGS, RAYS), LOOKUP_BINDINGS),
     constants: &join::<_, 6, 6, 12>(paths::CONSTANTS, LOOKUP_CONSTANTS),
     params: Some(BounceParams::LAYOUT),
     sets: Sets::Scene,
 };
 
-const RAYS: [Binding; 2] = [
+const RAYS: [Binding; 3] = [
+    Binding::sampled("ray_set", Access::ComputeSampled),
     Binding::sampled("ray_hits", Access::ComputeSampled),
     Binding::image("ray_light", Access::ComputeWrite),
 ];
@@ -213,6 +235,7 @@ pub static BLEND: Pass = Pass {
     name: "probes.blend",
     shaders: Shaders::Compute("gi/probes/blend.comp"),
     bindings: &[
+        Binding::sampled("ray_set", Access::ComputeSampled),
         Binding::sampled("ray_hits", Access::ComputeSampled),
         Binding::sampled("ray_light", Access::ComputeSampled),
         Binding::sampled("before", Access::ComputeSampled),
@@ -233,6 +256,7 @@ pub static BLEND_SH: Pass = Pass {
     name: "probes.blend_sh",
     shaders: Shaders::Compute("gi/probes/blend_sh.comp"),
     bindings: &[
+        Binding::sampled("ray_set", Access::ComputeSampled),
         Binding::sampled("ray_light", Access::ComputeSampled),
         Binding::sampled("before", Access::ComputeSampled),
         Binding::buffer("scales_before", Access::ComputeRead),

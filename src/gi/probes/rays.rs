@@ -3,19 +3,20 @@
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3, Vec4};
 
 use super::lookup::Lookup;
 use super::oracle;
 use super::passes::{
     BLEND, BLEND_SH, BOUNCE, BlendParams, BounceParams, LIGHT, MOMENTS, MOMENTS_POWER,
-    MomentParams, RayLightParams, TRACE, TraceParams,
+    MomentParams, RayLightParams, SURFACES, TRACE, TraceParams,
 };
 use super::volume::{Maps, Volume, store_image};
 use crate::gi::Inputs;
 use crate::gi::shared::paths::PathScene;
 use crate::graph::compute::linear_groups;
 use crate::graph::{Buffer, Error, Frame, Gpu, Image, vk};
+use crate::render::GpuScene;
 use crate::render::bvh::SceneRays;
 
 /// Rays in a row of the images (`gi/probes/rays.glsl`).
@@ -37,7 +38,10 @@ pub enum MomentFilter {
 pub struct ProbeRays {
     /// Of a probe.
     pub count: u32,
-    /// RGBA32UI: triangle, place on it, distance (m).
+    /// RGBA32F. xyz: directions before they are turned, [`oracle::ray_set`].
+    set: Arc<Image>,
+    /// RGBA32UI: triangle, place on it, distance (m); packed as `gi/probes/hit_surface.glsl` says
+    /// once they are to be lit.
     pub hits: Arc<Image>,
     /// RGBA32F: radiance that a ray brings (W/(m² sr)); a: 1 where it meets nothing.
     pub light: Arc<Image>,
@@ -56,8 +60,22 @@ impl ProbeRays {
     pub fn new(gpu: &Gpu, probe_count: u32, count: u32) -> Result<Self, Error> {
         let at_a_time = (RAYS_AT_A_TIME / count.max(1)).clamp(1, probe_count.max(1));
         let rays = |probes: u32| u64::from(probes) * u64::from(count);
+        let set = ray_image(
+            gpu,
+            "probes.ray_set",
+            u64::from(count),
+            vk::Format::R32G32B32A32_SFLOAT,
+        )?;
+        let mut directions: Vec<Vec4> = oracle::ray_set(count)
+            .iter()
+            .map(|direction| direction.as_vec3().extend(0.0))
+            .collect();
+        let [width, height, _] = set.desc().extent;
+        directions.resize((width * height) as usize, Vec4::ZERO);
+        gpu.upload_image(&set, 0, 0, bytemuck::cast_slice(&directions))?;
         Ok(ProbeRays {
             count,
+            set,
             hits: ray_image(
                 gpu,
                 "probes.ray_hits",
@@ -74,13 +92,26 @@ impl ProbeRays {
         })
     }
 
-    /// Adds [`TRACE`]: what the rays of all probes meet.
-    pub fn trace(&self, frame: &mut Frame, triangles: &SceneRays, volume: &Volume) {
+    /// Adds [`TRACE`] and [`SURFACES`]: what the rays of all probes meet.
+    pub fn trace(&self, frame: &mut Frame, scene: &GpuScene, paths: &PathScene, volume: &Volume) {
         let probe_count = volume.lattice.probe_count();
-        self.trace_from(frame, triangles, (&volume.places, probe_count));
+        self.trace_from(frame, &paths.rays, (&volume.places, probe_count));
+        let all = probe_count * self.count;
+        paths
+            .rays
+            .bind(frame.pass(&SURFACES))
+            .bind("ray_set", &self.set)
+            .bind("ray_hits", &self.hits)
+            .constant("EMITTERS", paths.emitters.count)
+            .constant("BUMPS", scene.has_bumps())
+            .push(&TraceParams {
+                ray_count: self.count,
+                all,
+            })
+            .dispatch(linear_groups(all));
     }
 
-    /// The same from these places, so many.
+    /// Adds [`TRACE`]: what rays from these places, so many, meet, as triangles and places on them.
     pub fn trace_from(
         &self,
         frame: &mut Frame,
@@ -91,6 +122,7 @@ impl ProbeRays {
         triangles
             .bind(frame.pass(&TRACE))
             .bind("probe_places", places)
+            .bind("ray_set", &self.set)
             .bind("ray_hits", &self.hits)
             .push(&TraceParams {
                 ray_count: self.count,
@@ -118,7 +150,10 @@ impl ProbeRays {
             MomentFilter::Box => triangles
                 .bind(frame.pass(&MOMENTS))
                 .bind("probe_places", &volume.places),
-            MomentFilter::Power => frame.pass(&MOMENTS_POWER).bind("ray_hits", &self.hits),
+            MomentFilter::Power => frame
+                .pass(&MOMENTS_POWER)
+                .bind("ray_set", &self.set)
+                .bind("ray_hits", &self.hits),
         };
         pass.bind("probe_moments", &volume.moments)
             .push(&MomentParams {
@@ -140,13 +175,13 @@ impl ProbeRays {
         probe_count: u32,
     ) -> Result<Vec<Vec<(Vec3, f32)>>, Error> {
         let hits: Vec<[u32; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_image(&self.hits, 0, 0)?);
+        let set = oracle::ray_set(self.count);
         let of_probe = |(probe, hits): (u32, &[[u32; 4]])| {
             let turn = oracle::turn_of(probe);
-            let rays = (0..).zip(hits).map(|(ray, hit)| {
-                let direction = turn * oracle::fibonacci(ray, self.count);
-                (direction.as_vec3(), f32::from_bits(hit[3]))
-            });
-            rays.collect()
+            let ray = |(direction, hit): (&DVec3, &[u32; 4])| {
+                ((turn * *direction).as_vec3(), f32::from_bits(hit[3]))
+            };
+            set.iter().zip(hits).map(ray).collect()
         };
         let probes = (0..probe_count).zip(hits.chunks(self.count as usize));
         Ok(probes.map(of_probe).collect())
@@ -167,6 +202,8 @@ impl ProbeRays {
             let [first_ray, all] = probes.map(|probes| probes * self.count);
             scene
                 .bind(frame.pass(&LIGHT), given, uses_maps)
+                .bind("probe_places", &volume.places)
+                .bind("ray_set", &self.set)
                 .bind("ray_hits", &self.hits)
                 .bind("ray_light", &self.light)
                 .push(&RayLightParams {
@@ -208,6 +245,7 @@ impl ProbeRays {
         let pass = scene.bind(frame.pass(&BOUNCE), given, false);
         lookup
             .bind(pass, volume, maps)
+            .bind("ray_set", &self.set)
             .bind("ray_hits", &self.hits)
             .bind("ray_light", &self.light)
             .push(&BounceParams {
@@ -245,7 +283,8 @@ impl ProbeRays {
                 .constant("IRRADIANCE_TEXELS", volume.irradiance_texels)
                 .constant("HAS_GRADIENTS", volume.has_gradients)
         };
-        pass.bind("ray_light", &self.light)
+        pass.bind("ray_set", &self.set)
+            .bind("ray_light", &self.light)
             .bind("before", light_before)
             .bind("scales_before", scales_before)
             .bind("probe_scales", &maps.scales)

@@ -58,7 +58,12 @@ pub static ENTRY: Entry = Entry {
         &Stage::store("placement", &["probes.explore"]),
         &Stage::store(
             "tracing",
-            &["light_field.trace", "probes.trace", "probes.moments"],
+            &[
+                "light_field.trace",
+                "probes.trace",
+                "probes.surfaces",
+                "probes.moments",
+            ],
         ),
         &Stage::store("lighting", &["light_field.light"]),
         &Stage::store(
@@ -154,7 +159,9 @@ impl LightFieldProbes {
         frame.set_scene(&scene.set, &scene.materials);
         built.field.trace(&mut frame, triangles, &built.volume);
         if self.has_irradiance() {
-            built.rays.trace(&mut frame, triangles, &built.volume);
+            built
+                .rays
+                .trace(&mut frame, scene, &built.scene, &built.volume);
             (built.rays).moments(&mut frame, triangles, &built.volume, MomentFilter::Box);
         }
         stats.append(gpu.submit(frame)?);

@@ -44,6 +44,29 @@ pub fn fibonacci(ray: u32, count: u32) -> DVec3 {
     DVec3::new(r * phi.cos(), r * phi.sin(), z)
 }
 
+/// Directions of the rays of a probe before they are turned: a Fibonacci set along a curve through
+/// its octahedral map (Morton 1966), so that rays whose numbers are near go the same way.
+pub fn ray_set(count: u32) -> Vec<DVec3> {
+    let mut set: Vec<DVec3> = (0..count).map(|ray| fibonacci(ray, count)).collect();
+    set.sort_by_cached_key(|direction| {
+        let place = (octahedral(*direction) + 1.0) * 32_767.5;
+        spread_bits(place.x as u32) | spread_bits(place.y as u32) << 1
+    });
+    set
+}
+
+/// A number of 16 bits with a 0 before each of them.
+fn spread_bits(number: u32) -> u32 {
+    [
+        (8, 0x00ff_00ff),
+        (4, 0x0f0f_0f0f),
+        (2, 0x3333_3333),
+        (1, 0x5555_5555),
+    ]
+    .into_iter()
+    .fold(number, |bits, (shift, mask)| (bits | bits << shift) & mask)
+}
+
 /// Three random integers (Jarzynski & Olano 2020).
 fn pcg3(mut v: UVec3) -> UVec3 {
     let mix = |v: UVec3| {
