@@ -11,7 +11,6 @@ use lumivox::gi::probes::oracle::{self, Irradiance, Map, Place, Probe, Probes};
 use lumivox::gi::probes::rays::ProbeRays;
 use lumivox::gi::probes::volume::{self, Kept, Volume};
 use lumivox::gi::shared::paths::PathScene;
-use lumivox::gi::shared::voxel::VoxelGrid;
 use lumivox::graph::{Frame, Gpu};
 use lumivox::render::bvh::oracle::RayOracle;
 use lumivox::render::{GpuScene, LightMaps};
@@ -21,7 +20,7 @@ use crate::probes::{
     with_border,
 };
 use crate::support::compare::{Largest, Worst, larger};
-use crate::support::gather::View;
+use crate::support::gather::{METRES, View};
 use crate::support::voxels::{half, to_half};
 use crate::support::{Random, gpu};
 
@@ -31,13 +30,6 @@ const LOOKUP: Lookup = Lookup {
     weight_floor: 0.05,
     crush: 0.2,
     rings: 2,
-};
-
-/// World coordinates.
-const METRES: VoxelGrid = VoxelGrid {
-    origin: Vec3::ZERO,
-    voxel_size: 1.0,
-    resolution: 8,
 };
 
 /// Blended harmonics are the oracle's, and so is what surfaces look up of them.

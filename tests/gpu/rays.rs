@@ -1,16 +1,18 @@
 //! Rays against triangles on the device, against those of the reference.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use lumivox::frame::Renderer;
 use lumivox::gi::ray_traced;
 use lumivox::graph::{Frame, Gpu, GpuOptions};
 use lumivox::image::luminance;
 use lumivox::render::GpuScene;
-use lumivox::render::bvh::SceneRays;
 use lumivox::render::bvh::oracle::{OracleHit, OracleRay, RayOracle};
+use lumivox::render::bvh::{START_SHARE, SceneRays};
 use lumivox::scene::Scene;
 use rayon::prelude::*;
 
+use crate::support::compare::Largest;
+use crate::support::gather::{METRES, View};
 use crate::support::passes::RAYS;
 use crate::support::scenes::{add_model, bundled, lump, random_pose, scene_of, soup, still};
 use crate::support::technique::frame;
@@ -451,4 +453,35 @@ fn rougher_hits_have_less_noise() {
     );
     let diffuse = ["0", "0.3"].map(|roughness| two_frames(&gpu, "cornell", roughness));
     assert_eq!(diffuse[0], diffuse[1], "a scene without lobes");
+}
+
+/// The places of pixels, from which rays start, are on the planes of what they see, whatever a
+/// rasterizer does to corners. Pictures are small, so that corners move far.
+#[test]
+fn places_of_pixels_lie_on_their_planes() {
+    let gpu = gpu();
+    for name in ["cornell", "atrium"] {
+        let scene = bundled(name);
+        let on_gpu = GpuScene::new(&gpu, &scene).unwrap();
+        let view = View::new(&gpu, &on_gpu, &scene.camera, [24, 18], &METRES);
+        let (oracle, eye) = (RayOracle::new(&scene), scene.camera.eye);
+        let is_on_plane = |place: DVec3| {
+            let direction = (place.as_vec3() - eye).normalize();
+            let Some(hit) = oracle.closest((eye, direction, None)) else {
+                return false;
+            };
+            let corners = scene.triangles[hit.triangle as usize]
+                .vertices
+                .map(|vertex| Vec3::from(scene.vertices[vertex as usize].position).as_dvec3());
+            let [a, b, c] = corners;
+            let normal = (b - a).cross(c - a).normalize();
+            let largest = place.abs().max((eye.as_dvec3() - place).abs()).largest();
+            normal.dot(place - a).abs() < 0.3 * f64::from(START_SHARE) * largest
+        };
+        let places = view.receivers.iter().map(|(_, receiver)| receiver.position);
+        let on_plane = places.filter(|place| is_on_plane(*place)).count();
+        // At an edge a pixel may have either surface; the atrium has many.
+        let (all, name) = (view.receivers.len(), &scene.name);
+        assert!(on_plane * 8 > all * 7, "{name}: {on_plane} of {all}");
+    }
 }

@@ -23,6 +23,13 @@ use rayon::prelude::*;
 use super::voxels::{half, to_half};
 use super::{Random, words};
 
+/// World coordinates.
+pub const METRES: VoxelGrid = VoxelGrid {
+    origin: Vec3::ZERO,
+    voxel_size: 1.0,
+    resolution: 8,
+};
+
 /// A G-buffer that is drawn, and the receiver of each pixel that sees a surface.
 pub struct View {
     /// The images.

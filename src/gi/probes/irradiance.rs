@@ -7,7 +7,7 @@ use super::figures;
 use super::lookup::{Lookup, gather};
 use super::passes::{
     BLEND, BLEND_SH, BOUNCE, EXPLORE, GATHER, GATHER_BY_RAYS, LIGHT, MOMENTS, MOMENTS_POWER,
-    STRUCTS, TRACE,
+    STRUCTS, SURFACES, TRACE,
 };
 use super::placement::Standing;
 use super::rays::{MomentFilter, ProbeRays};
@@ -32,6 +32,7 @@ pub static ENTRY: Entry = Entry {
     passes: &[&[
         &EXPLORE,
         &TRACE,
+        &SURFACES,
         &MOMENTS,
         &MOMENTS_POWER,
         &LIGHT,

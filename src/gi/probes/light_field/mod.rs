@@ -12,7 +12,9 @@ pub use passes::{
 
 use std::sync::Arc;
 
-use super::passes::{BLEND_SH, BOUNCE, EXPLORE, LIGHT as LIGHT_RAYS, MOMENTS, TRACE as TRACE_RAYS};
+use super::passes::{
+    BLEND_SH, BOUNCE, EXPLORE, LIGHT as LIGHT_RAYS, MOMENTS, SURFACES, TRACE as TRACE_RAYS,
+};
 use super::placement::Standing;
 use super::rays::{MomentFilter, ProbeRays};
 use super::settings::{PLACEMENT, PLACEMENT_RULES};
@@ -43,6 +45,7 @@ pub static ENTRY: Entry = Entry {
     passes: &[&[
         &EXPLORE,
         &TRACE_RAYS,
+        &SURFACES,
         &MOMENTS,
         &LIGHT_RAYS,
         &BOUNCE,
