@@ -249,6 +249,17 @@ fn late_light_is_seen() {
     }
 }
 
+/// Light through a door that opens is there at once where nothing is kept, and late where history
+/// keeps the dark.
+#[test]
+fn light_through_a_door_is_late_where_it_is_kept() {
+    let gpu = gpu();
+    let of = |pairs: &[&str]| fast(&gpu, "door_opens", pairs, 1.0);
+    assert_eq!(of(&["history=0"]), [1.0, 1.0]);
+    let kept = of(&["history=32", "relight_tile=0"]);
+    assert!(kept[0] > 4.0 && kept[1] > kept[0], "{kept:?}");
+}
+
 /// Nothing of a fence's light stays on the wall behind it, however noisy it is; planted: where the
 /// fence counts as part of the wall, it does.
 #[test]

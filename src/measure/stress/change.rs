@@ -1,6 +1,9 @@
-//! Light that changes from one frame to the next: how late it is shown.
+//! Light that changes from one frame to the next, by itself or since something moves out of its
+//! way: how late it is shown.
 
-use super::motion::moved_light;
+use glam::Vec3;
+
+use super::motion::{moved_light, pushed};
 use super::scenes::extent_m;
 use super::{Change, Figure, OWN, StressCase, StressError, Trial};
 use crate::frame::Renderer;
@@ -8,6 +11,7 @@ use crate::image::{Aov, Image};
 use crate::measure::draw::Ticks;
 use crate::metrics::MetricError;
 use crate::metrics::stability::shown_change;
+use crate::scene::bundled::mesh::Mesh;
 use crate::scene::{Light, Scene};
 
 /// Frames after the change that are told, in the order of [`FIGURES`].
@@ -90,6 +94,65 @@ pub(super) static LIGHT_JUMP: StressCase = StressCase {
     ..CHANGE
 };
 
+/// As many frames after a door has opened are looked at.
+const WAITED: usize = 32;
+
+pub(super) static DOOR_OPENS: StressCase = StressCase {
+    name: "door_opens",
+    help: "a door between a lit and a dark room slides open in one frame; the figures are the \
+           frames until the dark room shows 90 and 99% of the change, 33 where 32 are too few",
+    source: "Majercik et al. 2019: probes keep light of frames before; Hong 2015, section 4.3",
+    severity: "width that opens [share]",
+    ticks: Ticks::Linear,
+    severities: &[0.25, 0.5, 1.0],
+    quick: &[1.0],
+    figures: &[
+        Figure {
+            name: "frames_90",
+            pass: 2.0,
+            warn: 16.0,
+        },
+        Figure {
+            name: "frames_99",
+            pass: 8.0,
+            warn: 32.0,
+        },
+    ],
+    changes: HISTORY,
+    measure: |trial, open| {
+        let closed = rooms_with_a_door(open as f32)?;
+        let mut opened = closed.clone();
+        opened.set_time(1.0);
+        let shown = shown_after(trial, [&closed, &opened], WAITED)?;
+        Ok([0.9, 0.99].map(|share| frames_until(&shown, share)).into())
+    },
+    ..OWN
+};
+
+/// Two rooms, and before the opening of their wall a door of its width, which slides by this share
+/// of it in a second.
+fn rooms_with_a_door(open: f32) -> Result<Scene, StressError> {
+    let mut scene = Scene::bundled("two-rooms", &[("door".to_owned(), 1.0)])?;
+    let mut door = Mesh::default();
+    let paint = door.matte("door", [0.6, 0.6, 0.6]);
+    door.cuboid(
+        [paint; 6],
+        Vec3::new(-0.15, 0.001, -0.55),
+        Vec3::new(-0.051, 2.05, 0.55),
+    );
+    door.add_moving(&mut scene, "door", pushed(Vec3::Z * (1.1 * open)));
+    Ok(scene)
+}
+
+/// The first frame from which on this share of a change is shown, counted from 1; one more than
+/// there are where none is.
+fn frames_until(shown: &[f64], share: f64) -> f64 {
+    let is_shown = |shown: &f64| (1.0 - shown).abs() <= 1.0 - share;
+    let late = shown.iter().rposition(|shown| !is_shown(shown));
+    let late = late.map_or(0, |last| last + 1);
+    (late + 1) as f64
+}
+
 const CHANGE: StressCase = StressCase {
     figures: FIGURES,
     any_scene: true,
@@ -112,7 +175,17 @@ fn dim(light: &mut Light, left: f32) {
 }
 
 /// Share of a change of light that is not shown in some frames after it.
-fn unshown(trial: &Trial<'_>, [before, after]: [&Scene; 2]) -> Result<Vec<f64>, StressError> {
+fn unshown(trial: &Trial<'_>, scenes: [&Scene; 2]) -> Result<Vec<f64>, StressError> {
+    let shown = shown_after(trial, scenes, TOLD[TOLD.len() - 1])?;
+    Ok(TOLD.map(|frame| (1.0 - shown[frame - 1]).abs()).into())
+}
+
+/// Share of a change that each of so many frames after it shows.
+fn shown_after(
+    trial: &Trial<'_>,
+    [before, after]: [&Scene; 2],
+    frames: usize,
+) -> Result<Vec<f64>, StressError> {
     let camera = before.camera;
     let settled = trial.frames_to_settle();
     let start = |scene: &Scene| -> Result<(Renderer<'_>, Image), StressError> {
@@ -125,8 +198,11 @@ fn unshown(trial: &Trial<'_>, [before, after]: [&Scene; 2]) -> Result<Vec<f64>, 
     let (_, new) = start(after)?;
     let (mut renderer, old) = start(before)?;
     renderer.move_lights(after)?;
+    if after.moves() {
+        renderer.set_pose(after)?;
+    }
     let mut shown = Vec::new();
-    for _ in 0..TOLD[TOLD.len() - 1] {
+    for _ in 0..frames {
         renderer.render(&camera)?;
         shown.push(
             match shown_change(&renderer.aov(Aov::Indirect)?, [&old, &new]) {
@@ -136,6 +212,5 @@ fn unshown(trial: &Trial<'_>, [before, after]: [&Scene; 2]) -> Result<Vec<f64>, 
             },
         );
     }
-    let late = TOLD.map(|frame| (1.0 - shown[frame - 1]).abs());
-    Ok(late.into())
+    Ok(shown)
 }

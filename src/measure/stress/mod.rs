@@ -43,6 +43,7 @@ pub static CASES: &[&StressCase] = &[
     &motion::MOVING_OBJECT,
     &change::LIGHT_SWITCH,
     &change::LIGHT_JUMP,
+    &change::DOOR_OPENS,
     &fence::GHOST,
     &fence::THIN_BARS,
     &stability::REPEAT_RUNS,

@@ -157,15 +157,21 @@ fn block_in_room() -> Scene {
         Vec3::new(-1.0, 0.02, -0.9),
         Vec3::new(-0.1, 1.1, 0.0),
     );
-    let keyframe = |time_s: f32| Keyframe {
-        time_s,
-        pose: Pose {
-            translate: Vec3::X * time_s,
-            ..Pose::default()
-        },
-    };
-    block.add_moving(&mut scene, "block", vec![keyframe(0.0), keyframe(1.0)]);
+    block.add_moving(&mut scene, "block", pushed(Vec3::X));
     scene
+}
+
+/// Keyframes of what moves by this in a second (m).
+pub(super) fn pushed(way_m: Vec3) -> Vec<Keyframe> {
+    [0.0, 1.0]
+        .map(|time_s| Keyframe {
+            time_s,
+            pose: Pose {
+                translate: way_m * time_s,
+                ..Pose::default()
+            },
+        })
+        .into()
 }
 
 /// Frames of a technique that keeps what it has from one to the next, against the reference of
