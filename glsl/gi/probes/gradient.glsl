@@ -4,6 +4,7 @@
 #ifndef LUMIVOX_PROBES_GRADIENT
 #define LUMIVOX_PROBES_GRADIENT
 
+#include "gi/probes/hit.glsl"
 #include "gi/shared/screen/luminance.glsl"
 
 // Nearer surfaces (cells) count as so near, and flatter views (cosines) as so flat.
@@ -13,7 +14,7 @@ const float NEAREST = 0.25, FLATTEST = 0.1;
 // cosine that it is seen with; w: luminance over distance [W/(m² sr) per cell].
 vec4 gradient_source(uvec4 hit, vec3 direction, vec3 light) {
     if (hit.x == 0xffffffffu) return vec4(0.0);
-    uvec3 v = vertices_of(hit.x & 0x3fffffffu);
+    uvec3 v = vertices_of(hit.x & HIT_TRIANGLE);
     vec3 a = position_of(v.x), b = position_of(v.y), c = position_of(v.z);
     vec3 normal = normalize(cross(b - a, c - a));
     float cosine = -dot(normal, direction);

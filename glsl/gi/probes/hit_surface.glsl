@@ -3,20 +3,18 @@
 #ifndef LUMIVOX_PROBES_HIT_SURFACE
 #define LUMIVOX_PROBES_HIT_SURFACE
 
+#include "gi/probes/hit.glsl"
 #include "gi/shared/paths/vertex.glsl"
 #include "shared/packing.glsl"
 
-// x: the triangle and these flags, or NO_TRIANGLE; y: shading normal, octahedral; z: square roots
-// of the albedo, 11, 11 and 10 bits; w: distance [m].
-const uint HIT_TRIANGLE = 0x3fffffffu;
-const uint HIT_IS_FLAT = 0x40000000u;    // the shading normal is the geometric one
-const uint HIT_IS_WHOLE = 0x80000000u;   // emits, or has a lobe: taken from the triangle each time
 // Normals that are as near are one.
 const float SAME_NORMAL = 1.0 - 1e-6;
 // Rays start this far off, in units of the largest coordinate of both ends: what a distance along
 // a direction is rounded by.
 const float OFFSET_OF_HIT = 32.0 * 1.1920929e-7;
 
+// x: the triangle and flags; y: shading normal, octahedral; z: square roots of the albedo, 11, 11
+// and 10 bits; w: distance [m].
 uvec4 pack_hit(uint triangle, float distance, PathVertex v) {
     bool is_whole = v.roughness >= 0.0 || v.emission != vec3(0.0);
     bool is_flat = dot(v.normal, v.geometric_normal) >= SAME_NORMAL;
