@@ -53,6 +53,7 @@ mod probes_field;
 mod probes_lookup;
 mod probes_place;
 mod probes_rooms;
+mod probes_time;
 mod probes_view;
 mod properties;
 mod ray_spaces;

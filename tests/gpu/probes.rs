@@ -63,7 +63,7 @@ fn volume(gpu: &Gpu, lattice: Lattice, [light, moments]: [u32; 2]) -> Volume {
     };
     let volume = Volume::new(gpu, lattice, &kept).unwrap();
     let places: Vec<Vec3> = lattice.places().collect();
-    volume.put(gpu, &places).unwrap();
+    volume.put(gpu, &places, &[]).unwrap();
     volume
 }
 
@@ -106,7 +106,8 @@ pub(crate) fn traced(
     let Traced { on_gpu, paths, .. } = &traced;
     let mut frame = Frame::new();
     frame.set_scene(&on_gpu.set, &on_gpu.materials);
-    (traced.rays).moments(&mut frame, &paths.rays, &traced.volume, MomentFilter::Box);
+    let of = (&traced.volume, traced.volume.listed());
+    (traced.rays).moments(&mut frame, &paths.rays, of, MomentFilter::Box, None);
     gpu.submit(frame).unwrap();
     traced
 }
@@ -121,15 +122,17 @@ impl Traced {
             rays,
             ..
         } = &self;
-        let places = (&volume.places, volume.lattice.probe_count());
+        let probes = volume.listed();
         let mut frame = Frame::new();
         frame.set_scene(&on_gpu.set, &on_gpu.materials);
-        rays.trace_from(&mut frame, &paths.rays, places);
+        rays.trace_from(&mut frame, &paths.rays, (&volume.places, probes), None);
         gpu.submit(frame).unwrap();
-        let hits = texels(gpu, &rays.hits);
+        // Distances of what is to be packed are negative.
+        let mut hits: Vec<[u32; 4]> = texels(gpu, &rays.hits);
+        hits.iter_mut().for_each(|hit| hit[3] &= !(1 << 31));
         let mut frame = Frame::new();
         frame.set_scene(&on_gpu.set, &on_gpu.materials);
-        rays.trace(&mut frame, on_gpu, paths, volume);
+        rays.trace(&mut frame, (on_gpu, paths), volume, probes, None);
         gpu.submit(frame).unwrap();
         self.hits = hits;
     }
@@ -207,7 +210,14 @@ fn power_moments_are_the_oracles() {
         let (volume, rays) = (&traced.volume, &traced.rays);
         let mut frame = Frame::new();
         frame.set_scene(&traced.on_gpu.set, &traced.on_gpu.materials);
-        rays.moments(&mut frame, &traced.paths.rays, volume, MomentFilter::Power);
+        let of = (volume, volume.listed());
+        rays.moments(
+            &mut frame,
+            &traced.paths.rays,
+            of,
+            MomentFilter::Power,
+            None,
+        );
         gpu.submit(frame).unwrap();
         let hits = &traced.hits;
         let read = rays.read_distances(&gpu, volume.lattice.probe_count());
@@ -252,8 +262,9 @@ fn gradients_are_the_oracles() {
         let [first, second] = [volume.lit(1), volume.lit(2)];
         let mut frame = Frame::new();
         frame.set_scene(&traced.on_gpu.set, &traced.on_gpu.materials);
-        rays.blend(&mut frame, volume, [0, probe_count], [first, first], false);
-        rays.blend(&mut frame, volume, [0, probe_count], [first, second], true);
+        let probes = volume.listed();
+        rays.blend(&mut frame, volume, probes, [first, first], (false, 0.0));
+        rays.blend(&mut frame, volume, probes, [first, second], (true, 0.0));
         gpu.submit(frame).unwrap();
         let hits = &traced.hits;
         let cell = f64::from(volume.lattice.cell());
@@ -377,7 +388,8 @@ fn blended_maps_are_the_oracles() {
                     .unwrap();
                 let mut frame = Frame::new();
                 frame.set_scene(&on_gpu.set, &on_gpu.materials);
-                rays.blend(&mut frame, &volume, [part, half], maps, adds);
+                let part = volume.all.part(part, half);
+                rays.blend(&mut frame, &volume, part, maps, (adds, 0.0));
                 gpu.submit(frame).unwrap();
             }
         };

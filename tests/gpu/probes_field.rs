@@ -44,7 +44,7 @@ fn fields(gpu: &Gpu, scene: &Scene, probes: u32, edge: u32) -> Fields {
     let volume = Volume::new(gpu, lattice, &kept).unwrap();
     let aside = lattice.cell() * ASIDE;
     let places: Vec<Vec3> = lattice.places().map(|place| place + aside).collect();
-    volume.put(gpu, &places).unwrap();
+    volume.put(gpu, &places, &[]).unwrap();
     let field = Field::new(gpu, &volume, edge).unwrap();
     let mut frame = Frame::new();
     frame.set_scene(&on_gpu.set, &on_gpu.materials);

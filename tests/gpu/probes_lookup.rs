@@ -49,7 +49,7 @@ fn harmonics_are_the_oracles() {
         };
         let volume = Volume::new(&gpu, lattice, &kept).unwrap();
         let places: Vec<Vec3> = lattice.places().collect();
-        volume.put(&gpu, &places).unwrap();
+        volume.put(&gpu, &places, &[]).unwrap();
         let probe_count = lattice.probe_count();
         let rays = ProbeRays::new(&gpu, probe_count, count).unwrap();
         let room = RAYS_A_ROW * (probe_count * count).div_ceil(RAYS_A_ROW);
@@ -64,8 +64,9 @@ fn harmonics_are_the_oracles() {
         };
         let mut frame = Frame::new();
         frame.set_scene(&on_gpu.set, &on_gpu.materials);
-        rays.blend(&mut frame, &volume, [0, probe_count], [first, first], false);
-        rays.blend(&mut frame, &volume, [0, probe_count], [first, second], true);
+        let probes = volume.listed();
+        rays.blend(&mut frame, &volume, probes, [first, first], (false, 0.0));
+        rays.blend(&mut frame, &volume, probes, [first, second], (true, 0.0));
         let receivers = view.all(&on_gpu);
         gather(
             &mut frame,
@@ -321,7 +322,7 @@ fn bounced_light_is_the_oracles() {
         let mut frame = Frame::new();
         frame.set_scene(&on_gpu.set, &on_gpu.materials);
         let half = volume.lattice.probe_count() / 2;
-        let all = [half, half];
+        let all = volume.all.part(half, half);
         rays.bounce(
             &mut frame,
             &given,

@@ -18,12 +18,14 @@ layout(set = 1, binding = 4) uniform texture2D gradients_before;
 layout(std430, set = 1, binding = 5) restrict readonly buffer ScalesBefore {
     float scales_before[];
 };
-layout(std430, set = 1, binding = 6) restrict writeonly buffer ProbeScales {
+layout(std430, set = 1, binding = 6) restrict buffer ProbeScales {
     float probe_scales[];
 };
-layout(set = 1, binding = 7, rgba16f) uniform restrict writeonly image2D probe_irradiance;
-layout(set = 1, binding = 8, rgba16f) uniform restrict writeonly image2D probe_gradients;
+layout(set = 1, binding = 7, rgba16f) uniform restrict image2D probe_irradiance;
+layout(set = 1, binding = 8, rgba16f) uniform restrict image2D probe_gradients;
 
+#define LIST_BINDING 9
+#include "gi/probes/list.glsl"
 #include "gi/probes/blend_params.glsl"
 #include "shared/frame.glsl"
 #include "gi/probes/atlas.glsl"
@@ -44,9 +46,10 @@ shared float largest[THREADS];
 void main() {
     uint index = gl_WorkGroupID.x + gl_WorkGroupID.y * 65535u;
     if (index >= params.probe_count) return;
-    uint thread = gl_LocalInvocationID.x, probe = params.first_probe + index;
+    uvec2 row = probe_list[params.first_probe + index];
+    uint thread = gl_LocalInvocationID.x, probe = row.x;
     uint edge = IRRADIANCE_TEXELS, texel_count = edge * edge;
-    mat3 turn = turn_of(probe);
+    mat3 turn = turn_of(row.y);
     ivec2 map = map_of(probe, params.columns, edge);
     float most = 0.0;
     for (uint first = 0u; first < texel_count; first += TEXELS * THREADS) {
@@ -98,6 +101,15 @@ void main() {
                 if (HAS_GRADIENTS != 0u)
                     gradient += scales_before[probe]
                         * texelFetch(sampler2D(gradients_before, nearest_clamp), place, 0).xyz;
+            }
+            if (params.kept > 0.0) {
+                ivec2 place = map + 1 + ivec2(texel % edge, texel / edge);
+                vec4 had = imageLoad(probe_irradiance, place);
+                light = mix(light, vec4(had.rgb * probe_scales[probe], had.a), params.kept);
+                if (HAS_GRADIENTS != 0u) {
+                    vec3 had_change = imageLoad(probe_gradients, place).xyz;
+                    gradient = mix(gradient, had_change * probe_scales[probe], params.kept);
+                }
             }
             results[texel] = light;
             gradients[texel] = gradient;

@@ -5,9 +5,10 @@
 layout(push_constant) uniform BlendParams {
     uint columns;
     uint ray_count;      // of a probe
-    uint first_probe;    // of those that are lit
-    uint probe_count;    // of those
+    uint first_probe;    // of the list
+    uint probe_count;    // of those from there on
     float cell_m;        // the smallest spacing
+    float kept;          // share of what maps have had, 0 to 1
 } params;
 
 // Of what half floats hold: the largest number that a probe stores.

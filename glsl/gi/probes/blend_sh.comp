@@ -14,11 +14,13 @@ layout(set = 1, binding = 2) uniform texture2D before;
 layout(std430, set = 1, binding = 3) restrict readonly buffer ScalesBefore {
     float scales_before[];
 };
-layout(std430, set = 1, binding = 4) restrict writeonly buffer ProbeScales {
+layout(std430, set = 1, binding = 4) restrict buffer ProbeScales {
     float probe_scales[];
 };
-layout(set = 1, binding = 5, rgba16f) uniform restrict writeonly image2D probe_irradiance;
+layout(set = 1, binding = 5, rgba16f) uniform restrict image2D probe_irradiance;
 
+#define LIST_BINDING 6
+#include "gi/probes/list.glsl"
 #include "gi/probes/blend_params.glsl"
 #include "shared/frame.glsl"
 #include "gi/probes/atlas.glsl"
@@ -34,8 +36,9 @@ shared vec4 results[COEFFICIENTS];
 void main() {
     uint index = gl_WorkGroupID.x + gl_WorkGroupID.y * 65535u;
     if (index >= params.probe_count) return;
-    uint thread = gl_LocalInvocationID.x, probe = params.first_probe + index;
-    mat3 turn = turn_of(probe);
+    uvec2 row = probe_list[params.first_probe + index];
+    uint thread = gl_LocalInvocationID.x, probe = row.x;
+    mat3 turn = turn_of(row.y);
     vec4 sums[COEFFICIENTS];
     float own[COEFFICIENTS];
     for (uint i = 0u; i < COEFFICIENTS; ++i) {
@@ -70,6 +73,10 @@ void main() {
         if (ADDS != 0u) {
             vec4 first = texelFetch(sampler2D(before, nearest_clamp), texel, 0);
             sum = vec4(sum.rgb + first.rgb * scales_before[probe], first.a);
+        }
+        if (params.kept > 0.0) {
+            vec4 had = imageLoad(probe_irradiance, texel);
+            sum = mix(sum, vec4(had.rgb * probe_scales[probe], had.a), params.kept);
         }
         results[thread] = sum;
     }

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // probes.bounce: the radiance that each ray brings of the light that probes have: what its hit
-// reflects of it, diffusely. A thread a ray of some probes.
+// reflects of it, diffusely. A thread a ray.
 layout(local_size_x = 64) in;
 
 #include "gi/shared/paths/bindings.glsl"
@@ -11,12 +11,14 @@ layout(set = 1, binding = 10) uniform utexture2D ray_hits;
 layout(set = 1, binding = 11, rgba32f) uniform restrict writeonly image2D ray_light;
 
 #include "gi/probes/lookup_row.glsl"
+#define LIST_BINDING 17
+#include "gi/probes/list.glsl"
 
 layout(push_constant) uniform BounceParams {
     LookupRow lookup;
-    uint ray_count;    // of a probe
-    uint first_ray;    // of the probes that are lit
-    uint all;          // their rays
+    uint ray_count;      // of a probe
+    uint first_probe;    // of the list
+    uint all;            // rays
 } params;
 
 #include "gi/probes/hit_surface.glsl"
@@ -30,11 +32,13 @@ void main() {
     uint group = gl_WorkGroupID.x + gl_WorkGroupID.y * 65535u;
     uint index = group * 64u + gl_LocalInvocationID.x;
     if (index >= params.all) return;
-    uint ray = params.first_ray + index, probe = ray / params.ray_count;
-    uvec4 hit = texelFetch(usampler2D(ray_hits, nearest_clamp), texel_of_ray(ray), 0);
+    uvec2 row = probe_list[params.first_probe + index / params.ray_count];
+    uint probe = row.x, own = index % params.ray_count;
+    ivec2 texel = texel_of_ray(probe * params.ray_count + own);
+    uvec4 hit = texelFetch(usampler2D(ray_hits, nearest_clamp), texel, 0);
     vec3 light = vec3(0.0);
     if (hit.x != NO_TRIANGLE) {
-        vec3 direction = turn_of(probe) * ray_of_set(ray % params.ray_count);
+        vec3 direction = turn_of(row.y) * ray_of_set(own);
         PathVertex v = unpack_hit(hit, probe_places[probe].xyz, direction);
         if (v.albedo != vec3(0.0))
             light = v.albedo / PI * light_of_probes(v.position, v.geometric_normal, v.normal).rgb;

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // probes.light: the radiance that each ray brings: what its hit emits, and reflects of the lights,
-// or the environment. A thread a ray of some probes.
+// or the environment. A thread a ray.
 layout(local_size_x = 64) in;
 
 #include "gi/shared/paths/bindings.glsl"
@@ -10,11 +10,13 @@ layout(set = 1, binding = 9) uniform texture2D ray_set;
 layout(set = 1, binding = 10) uniform utexture2D ray_hits;
 layout(set = 1, binding = 11, rgba32f) uniform restrict writeonly image2D ray_light;
 layout(std430, set = 1, binding = 12) restrict readonly buffer ProbePlaces { vec4 probe_places[]; };
+#define LIST_BINDING 13
+#include "gi/probes/list.glsl"
 
-layout(push_constant) uniform RayLightParams {
-    uint ray_count;    // of a probe
-    uint first_ray;    // of the probes that are lit
-    uint all;          // their rays
+layout(push_constant) uniform RayParams {
+    uint ray_count;      // of a probe
+    uint first_probe;    // of the list
+    uint all;            // rays
 } params;
 
 #include "gi/shared/paths/path.glsl"
@@ -25,13 +27,15 @@ void main() {
     uint group = gl_WorkGroupID.x + gl_WorkGroupID.y * 65535u;
     uint index = group * 64u + gl_LocalInvocationID.x;
     if (index >= params.all) return;
-    uint ray = params.first_ray + index, probe = ray / params.ray_count;
-    uvec4 hit = texelFetch(usampler2D(ray_hits, nearest_clamp), texel_of_ray(ray), 0);
+    uvec2 row = probe_list[params.first_probe + index / params.ray_count];
+    uint probe = row.x, own = index % params.ray_count;
+    ivec2 texel = texel_of_ray(probe * params.ray_count + own);
+    uvec4 hit = texelFetch(usampler2D(ray_hits, nearest_clamp), texel, 0);
     if (hit.x == NO_TRIANGLE) {
         imageStore(ray_light, texel_of_ray(index), vec4(frame.environment.rgb, 1.0));
         return;
     }
-    vec3 direction = turn_of(probe) * ray_of_set(ray % params.ray_count);
+    vec3 direction = turn_of(row.y) * ray_of_set(own);
     PathVertex v = unpack_hit(hit, probe_places[probe].xyz, direction);
     // What reflects the light of what emits is a bounce.
     vec3 light = v.emission + light_straight(v, frame.size_px.z, 0u, vec3(0.0));

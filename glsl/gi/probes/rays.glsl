@@ -7,8 +7,8 @@
 
 // The turn of a probe's rays, uniform over all turns (Shoemake 1992): what the set misses is noise,
 // and no pattern that all probes have.
-mat3 turn_of(uint probe) {
-    vec3 u = unit_numbers(pcg3(uvec3(probe, 0x9e3779b9u, 0x85ebca6bu)));
+mat3 turn_of(uint seed) {
+    vec3 u = unit_numbers(pcg3(uvec3(seed, 0x9e3779b9u, 0x85ebca6bu)));
     float a = sqrt(1.0 - u.x), b = sqrt(u.x), p = 6.283185307179586 * u.y;
     float q = 6.283185307179586 * u.z;
     vec4 t = vec4(a * sin(p), a * cos(p), b * sin(q), b * cos(q));

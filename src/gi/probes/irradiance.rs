@@ -3,14 +3,18 @@
 
 use std::sync::Arc;
 
+use glam::Vec3;
+
 use super::figures;
+use super::list::Listed;
 use super::lookup::{Lookup, gather};
 use super::passes::{
     BLEND, BLEND_SH, BOUNCE, EXPLORE, GATHER, GATHER_BY_RAYS, LIGHT, MOMENTS, MOMENTS_POWER,
     STRUCTS, SURFACES, TRACE,
 };
 use super::placement::Standing;
-use super::rays::{MomentFilter, ProbeRays};
+use super::rays::{Lighting, MomentFilter, Moved, ProbeRays};
+use super::schedule::{self, Schedule};
 use super::settings::{PLACEMENT, PLACEMENT_RULES, PRESETS, RULES, SETTINGS};
 use super::view::{self, VIEW, VIEWS};
 use super::volume::{Irradiance, Kept, Maps, Volume};
@@ -20,12 +24,14 @@ use crate::gi::shared::bounces::LightBounces;
 use crate::gi::shared::paths::{self, PathScene};
 use crate::gi::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
-use crate::render::{GBuffer, Receivers};
+use crate::render::{GBuffer, GpuScene, Receivers};
+use crate::scene::union;
 
 /// The row of the registry.
 pub static ENTRY: Entry = Entry {
     bounces: |settings| LightBounces::new(settings).count(),
-    frames_to_rest: |settings| LightBounces::new(settings).frames_to_rest(),
+    frames_to_rest: schedule::frames_to_rest,
+    check: schedule::check,
     settings: &[PLACEMENT, SETTINGS],
     rules: &[PLACEMENT_RULES, RULES],
     presets: PRESETS,
@@ -72,7 +78,7 @@ pub static ENTRY: Entry = Entry {
 };
 
 fn make(_context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
-    let bounces = LightBounces::new(settings);
+    let (bounces, schedule) = (LightBounces::new(settings), Schedule::new(settings));
     Ok(Box::new(IrradianceProbes {
         standing: Standing::new(settings),
         moment_filter: if settings.is("moment_filter", "power") {
@@ -91,23 +97,24 @@ fn make(_context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique
                 .is("visibility", "moments")
                 .then(|| settings.count("moment_texels")),
             has_gradients: settings.is("irradiance", "oct") && settings.is("gradient", "on"),
-            bounces: bounces.count().unwrap_or(FEEDBACK_BOUNCES),
+            bounces: schedule.room(bounces),
         },
         bounces,
+        schedule,
         uses_maps: settings.is("hit_light", "maps"),
         lookup: Lookup::new(settings),
         built: None,
     }))
 }
 
-/// Bounces for which there is room where they are fed back: after the second, one and the other in
-/// turn.
-const FEEDBACK_BOUNCES: u32 = 3;
-
 struct Built {
     scene: PathScene,
     volume: Volume,
+    /// Where the probes stand (m).
+    places: Vec<Vec3>,
     rays: ProbeRays,
+    /// Where models that move were when rays were traced (m).
+    models: Option<Moved>,
     /// Bounces that the probes' light has.
     lit: u32,
 }
@@ -125,29 +132,46 @@ struct IrradianceProbes {
     rays: u32,
     kept: Kept,
     bounces: LightBounces,
+    schedule: Schedule,
     uses_maps: bool,
     lookup: Lookup,
     built: Option<Built>,
 }
 
 impl IrradianceProbes {
-    /// Puts the probes where the scene needs them as it is, and finds out what they see.
+    /// Puts the probes where the scene needs them as it is, and finds out what they see: all of it,
+    /// or what has changed since models stood elsewhere.
     fn place(
         &self,
         &Context { gpu, scene, .. }: &Context<'_>,
-        built: &Built,
+        built: &mut Built,
     ) -> Result<FrameStats, Error> {
         let (triangles, how) = (&built.scene.rays, (self.rays, self.lookup.normal_bias));
-        let mut stats = (self.standing).put((gpu, scene), triangles, &built.volume, how)?;
+        let at = (&built.volume, &mut built.places);
+        let mut stats = (self.standing).put((gpu, scene), triangles, at, how)?;
+        let models = scene.dynamic.as_ref().map(|dynamic| dynamic.bounds);
+        let before = std::mem::replace(&mut built.models, models);
+        let moved = before.zip(models).map(|(before, now)| union(before, now));
         let mut frame = Frame::new();
         frame.set_scene(&scene.set, &scene.materials);
-        built
-            .rays
-            .trace(&mut frame, scene, &built.scene, &built.volume);
-        let filter = self.moment_filter;
-        (built.rays).moments(&mut frame, triangles, &built.volume, filter);
+        self.trace(&mut frame, scene, built, built.volume.listed(), moved);
         stats.append(gpu.submit(frame)?);
         Ok(stats)
+    }
+
+    /// Adds the passes that find out what these probes see.
+    fn trace(
+        &self,
+        frame: &mut Frame,
+        scene: &GpuScene,
+        built: &Built,
+        probes: Listed<'_>,
+        moved: Option<Moved>,
+    ) {
+        let (paths, volume) = (&built.scene, &built.volume);
+        (built.rays).trace(frame, (scene, paths), volume, probes, moved);
+        let filter = self.moment_filter;
+        (built.rays).moments(frame, &paths.rays, (volume, probes), filter, moved);
     }
 }
 
@@ -168,18 +192,24 @@ impl Technique for IrradianceProbes {
         let &Context { gpu, scene, .. } = context;
         let (own, mut stats) = PathScene::build(gpu, scene)?;
         let lattice = self.standing.lattice(scene);
-        let built = Built {
+        let mut built = Built {
             scene: own,
             volume: Volume::new(gpu, lattice, &self.kept)?,
+            places: Vec::new(),
             rays: ProbeRays::new(gpu, lattice.probe_count(), self.rays)?,
+            models: None,
             lit: 0,
         };
-        stats.append(self.place(context, &built)?);
+        stats.append(self.place(context, &mut built)?);
+        self.schedule.restart(gpu, lattice.probe_count())?;
         self.built = Some(built);
         Ok(stats)
     }
 
     fn follow(&mut self, context: &Context<'_>, change: Change) -> Result<FrameStats, Error> {
+        if change == Change::Camera {
+            self.schedule.advance(context.gpu)?;
+        }
         if change != Change::Models {
             return Ok(FrameStats::default());
         }
@@ -187,22 +217,30 @@ impl Technique for IrradianceProbes {
             return self.build(context);
         };
         let mut stats = built.scene.follow(context.gpu, context.scene)?;
-        stats.append(self.place(context, &built)?);
+        stats.append(self.place(context, &mut built)?);
         self.built = Some(built);
         Ok(stats)
     }
 
     fn update(&mut self, frame: &mut Frame, given: &Inputs<'_>) {
-        let Some(built) = &mut self.built else { return };
-        let bounces = match self.bounces {
-            LightBounces::Count(count) => 2..=count,
-            LightBounces::Feedback => (built.lit + 1).max(2)..=built.lit + 1,
+        let Some(mut built) = self.built.take() else {
+            return;
         };
-        built.lit = *bounces.end();
-        let how = (&self.lookup, bounces, self.uses_maps);
-        built
-            .rays
-            .light(frame, given, &built.scene, &built.volume, how);
+        let probes = self.schedule.probes(built.volume.listed());
+        if self.schedule.traces {
+            self.trace(frame, given.scene, &built, probes, None);
+        }
+        let bounces = self.schedule.bounces(self.bounces, built.lit);
+        let how = Lighting {
+            lookup: &self.lookup,
+            bounces: &bounces,
+            uses_maps: self.uses_maps,
+            kept: self.schedule.kept(),
+        };
+        let of = (&built.volume, probes);
+        built.rays.light(frame, given, &built.scene, of, how);
+        built.lit = bounces.last().map_or(1, |[_, lit]| *lit);
+        self.built = Some(built);
     }
 
     fn gather(&mut self, frame: &mut Frame, _given: &Inputs<'_>, receivers: &Receivers<'_>) {

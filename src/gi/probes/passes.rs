@@ -1,5 +1,6 @@
 //! The passes, and what they are told.
 
+use super::list::LIST_BINDING;
 use super::lookup::{LOOKUP_BINDINGS, LOOKUP_CONSTANTS};
 use crate::gi::shared::paths;
 use crate::gpu_struct;
@@ -44,11 +45,17 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Parameters of `probes.trace` and `probes.surfaces`.
+    /// Parameters of `probes.trace`.
     pub struct TraceParams {
+        /// xyz: smallest corner of the box in which something has moved (m).
+        pub low: [f32; 4],
+        /// xyz: its largest corner (m).
+        pub high: [f32; 4],
         /// Rays of a probe.
         pub ray_count: u32,
-        /// Rays of all probes.
+        /// First of the list.
+        pub first_probe: u32,
+        /// Rays of those from there on.
         pub all: u32,
     }
 }
@@ -56,11 +63,17 @@ gpu_struct! {
 gpu_struct! {
     /// Parameters of `probes.moments` and `probes.moments_power`.
     pub struct MomentParams {
+        /// xyz: smallest corner of the box in which something has moved (m).
+        pub low: [f32; 4],
+        /// xyz: its largest corner (m).
+        pub high: [f32; 4],
         /// Maps beside each other in the image.
         pub columns: u32,
         /// Edge of a map (texels).
         pub edge: u32,
-        /// Texels of all probes.
+        /// First of the list.
+        pub first_probe: u32,
+        /// Texels of those from there on.
         pub all: u32,
         /// Rays of a probe.
         pub ray_count: u32,
@@ -72,13 +85,13 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Parameters of `probes.light`.
-    pub struct RayLightParams {
+    /// Parameters of `probes.surfaces` and `probes.light`.
+    pub struct RayParams {
         /// Rays of a probe.
         pub ray_count: u32,
-        /// First ray of the probes that are lit.
-        pub first_ray: u32,
-        /// Their rays.
+        /// First of the list.
+        pub first_probe: u32,
+        /// Rays of those from there on.
         pub all: u32,
     }
 }
@@ -90,9 +103,9 @@ gpu_struct! {
         pub lookup: LookupRow,
         /// Rays of a probe.
         pub ray_count: u32,
-        /// First ray of the probes that are lit.
-        pub first_ray: u32,
-        /// Their rays.
+        /// First of the list.
+        pub first_probe: u32,
+        /// Rays of those from there on.
         pub all: u32,
     }
 }
@@ -104,12 +117,14 @@ gpu_struct! {
         pub columns: u32,
         /// Rays of a probe.
         pub ray_count: u32,
-        /// First of the probes that are lit.
+        /// First of the list.
         pub first_probe: u32,
-        /// Their number.
+        /// Number of those from there on.
         pub probe_count: u32,
         /// The smallest spacing (m).
         pub cell_m: f32,
+        /// Share that stays of what maps have had.
+        pub kept: f32,
     }
 }
 
@@ -134,19 +149,21 @@ pub static EXPLORE: Pass = Pass {
     sets: Sets::Scene,
 };
 
-/// What each ray meets first. Reads places, writes RGBA32UI; a thread a ray.
+/// What each ray meets first, where that may have changed. Reads places, writes RGBA32UI; a thread
+/// a ray.
 pub static TRACE: Pass = Pass {
     name: "probes.trace",
     shaders: Shaders::Compute("gi/probes/trace.comp"),
-    bindings: &join::<_, 5, 3, 8>(
+    bindings: &join::<_, 5, 4, 9>(
         bvh::BINDINGS,
         [
             Binding::buffer("probe_places", Access::ComputeRead),
             Binding::sampled("ray_set", Access::ComputeSampled),
-            Binding::image("ray_hits", Access::ComputeWrite),
+            Binding::image("ray_hits", Access::ComputeReadWrite),
+            LIST_BINDING,
         ],
     ),
-    constants: &bvh::CONSTANTS,
+    constants: &join::<_, 3, 1, 4>(bvh::CONSTANTS, ["KEEPS"]),
     params: Some(TraceParams::LAYOUT),
     sets: Sets::Scene,
 };
@@ -155,15 +172,16 @@ pub static TRACE: Pass = Pass {
 pub static SURFACES: Pass = Pass {
     name: "probes.surfaces",
     shaders: Shaders::Compute("gi/probes/surfaces.comp"),
-    bindings: &join::<_, 5, 2, 7>(
+    bindings: &join::<_, 5, 3, 8>(
         bvh::BINDINGS,
         [
             Binding::sampled("ray_set", Access::ComputeSampled),
             Binding::image("ray_hits", Access::ComputeReadWrite),
+            LIST_BINDING,
         ],
     ),
     constants: &join::<_, 3, 2, 5>(bvh::CONSTANTS, ["EMITTERS", "BUMPS"]),
-    params: Some(TraceParams::LAYOUT),
+    params: Some(RayParams::LAYOUT),
     sets: Sets::Scene,
 };
 
@@ -172,14 +190,15 @@ pub static SURFACES: Pass = Pass {
 pub static MOMENTS: Pass = Pass {
     name: "probes.moments",
     shaders: Shaders::Compute("gi/probes/moments.comp"),
-    bindings: &join::<_, 5, 2, 7>(
+    bindings: &join::<_, 5, 3, 8>(
         bvh::BINDINGS,
         [
             Binding::buffer("probe_places", Access::ComputeRead),
             Binding::image("probe_moments", Access::ComputeWrite),
+            LIST_BINDING,
         ],
     ),
-    constants: &bvh::CONSTANTS,
+    constants: &join::<_, 3, 1, 4>(bvh::CONSTANTS, ["KEEPS"]),
     params: Some(MomentParams::LAYOUT),
     sets: Sets::Scene,
 };
@@ -192,6 +211,7 @@ pub static MOMENTS_POWER: Pass = Pass {
         Binding::sampled("ray_set", Access::ComputeSampled),
         Binding::sampled("ray_hits", Access::ComputeSampled),
         Binding::image("probe_moments", Access::ComputeWrite),
+        LIST_BINDING,
     ],
     constants: &[],
     params: Some(MomentParams::LAYOUT),
@@ -203,12 +223,15 @@ pub static MOMENTS_POWER: Pass = Pass {
 pub static LIGHT: Pass = Pass {
     name: "probes.light",
     shaders: Shaders::Compute("gi/probes/light.comp"),
-    bindings: &join::<_, 12, 1, 13>(
+    bindings: &join::<_, 12, 2, 14>(
         join::<_, 9, 3, 12>(paths::BINDINGS, RAYS),
-        [Binding::buffer("probe_places", Access::ComputeRead)],
+        [
+            Binding::buffer("probe_places", Access::ComputeRead),
+            LIST_BINDING,
+        ],
     ),
     constants: &paths::CONSTANTS,
-    params: Some(RayLightParams::LAYOUT),
+    params: Some(RayParams::LAYOUT),
     sets: Sets::Scene,
 };
 
@@ -217,7 +240,10 @@ pub static LIGHT: Pass = Pass {
 pub static BOUNCE: Pass = Pass {
     name: "probes.bounce",
     shaders: Shaders::Compute("gi/probes/bounce.comp"),
-    bindings: &join::<_, 12, 5, 17>(join::<_, 9, 3, 12>(paths::BINDINGS, RAYS), LOOKUP_BINDINGS),
+    bindings: &join::<_, 17, 1, 18>(
+        join::<_, 12, 5, 17>(join::<_, 9, 3, 12>(paths::BINDINGS, RAYS), LOOKUP_BINDINGS),
+        [LIST_BINDING],
+    ),
     constants: &join::<_, 6, 6, 12>(paths::CONSTANTS, LOOKUP_CONSTANTS),
     params: Some(BounceParams::LAYOUT),
     sets: Sets::Scene,
@@ -241,9 +267,10 @@ pub static BLEND: Pass = Pass {
         Binding::sampled("before", Access::ComputeSampled),
         Binding::sampled("gradients_before", Access::ComputeSampled),
         Binding::buffer("scales_before", Access::ComputeRead),
-        Binding::buffer("probe_scales", Access::ComputeWrite),
-        Binding::image("probe_irradiance", Access::ComputeWrite),
-        Binding::image("probe_gradients", Access::ComputeWrite),
+        Binding::buffer("probe_scales", Access::ComputeReadWrite),
+        Binding::image("probe_irradiance", Access::ComputeReadWrite),
+        Binding::image("probe_gradients", Access::ComputeReadWrite),
+        LIST_BINDING,
     ],
     constants: &["IRRADIANCE_TEXELS", "ADDS", "HAS_GRADIENTS"],
     params: Some(BlendParams::LAYOUT),
@@ -260,8 +287,9 @@ pub static BLEND_SH: Pass = Pass {
         Binding::sampled("ray_light", Access::ComputeSampled),
         Binding::sampled("before", Access::ComputeSampled),
         Binding::buffer("scales_before", Access::ComputeRead),
-        Binding::buffer("probe_scales", Access::ComputeWrite),
-        Binding::image("probe_irradiance", Access::ComputeWrite),
+        Binding::buffer("probe_scales", Access::ComputeReadWrite),
+        Binding::image("probe_irradiance", Access::ComputeReadWrite),
+        LIST_BINDING,
     ],
     constants: &["ADDS"],
     params: Some(BlendParams::LAYOUT),

@@ -37,17 +37,19 @@ impl Standing {
         Lattice::within(scene.lit_bounds(), self.probes, self.outer_layer)
     }
 
-    /// Puts them where a scene needs them as it is. The rest is as [`Placement::places`] has it.
+    /// Puts them where a scene needs them as it is, from `places`, which become the new ones. The
+    /// rest is as [`Placement::places`] has it.
     pub fn put(
         &self,
         (gpu, scene): (&Gpu, &GpuScene),
         triangles: &SceneRays,
-        volume: &Volume,
+        (volume, places): (&Volume, &mut Vec<Vec3>),
         how: (u32, f32),
     ) -> Result<FrameStats, Error> {
         let lattice = &volume.lattice;
-        let (places, stats) = (self.placement).places((gpu, scene), triangles, lattice, how)?;
-        volume.put(gpu, &places)?;
+        let (needed, stats) = (self.placement).places((gpu, scene), triangles, lattice, how)?;
+        volume.put(gpu, &needed, places)?;
+        *places = needed;
         Ok(stats)
     }
 }

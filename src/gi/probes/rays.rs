@@ -1,15 +1,15 @@
 //! The rays of probes: what they meet, and what they bring.
 
-use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3, Vec4};
 
+use super::list::Listed;
 use super::lookup::Lookup;
 use super::oracle;
 use super::passes::{
     BLEND, BLEND_SH, BOUNCE, BlendParams, BounceParams, LIGHT, MOMENTS, MOMENTS_POWER,
-    MomentParams, RayLightParams, SURFACES, TRACE, TraceParams,
+    MomentParams, RayParams, SURFACES, TRACE, TraceParams,
 };
 use super::volume::{Maps, Volume, store_image};
 use crate::gi::Inputs;
@@ -32,6 +32,31 @@ pub enum MomentFilter {
     Box,
     /// All rays of the probe, by the 50th power of the cosine.
     Power,
+}
+
+/// Smallest and largest corner of the box in which something has moved (m).
+pub type Moved = (Vec3, Vec3);
+
+/// How probes are lit.
+pub struct Lighting<'l> {
+    /// How rays look probes up at what they meet.
+    pub lookup: &'l Lookup,
+    /// The bounces after the first, in order: from how many to how many.
+    pub bounces: &'l [[u32; 2]],
+    /// Whether shadow maps, and not rays, say which light reaches what rays meet.
+    pub uses_maps: bool,
+    /// The share that stays of what probes have had, 0 to 1.
+    pub kept: f32,
+}
+
+/// Rays that come as near to a box as this share of its largest coordinate come through it.
+const BOX_SHARE: f32 = 1e-5;
+
+/// What shaders are told of the box.
+fn corners(moved: Option<Moved>) -> [[f32; 4]; 2] {
+    let (low, high) = moved.unwrap_or_default();
+    let room = Vec3::splat(BOX_SHARE * low.abs().max(high.abs()).max_element());
+    [low - room, high + room].map(|corner| corner.extend(0.0).to_array())
 }
 
 /// The rays of all probes, and the light of those of some.
@@ -92,73 +117,99 @@ impl ProbeRays {
         })
     }
 
-    /// Adds [`TRACE`] and [`SURFACES`]: what the rays of all probes meet.
-    pub fn trace(&self, frame: &mut Frame, scene: &GpuScene, paths: &PathScene, volume: &Volume) {
-        let probe_count = volume.lattice.probe_count();
-        self.trace_from(frame, &paths.rays, (&volume.places, probe_count));
-        let all = probe_count * self.count;
+    /// Adds [`TRACE`] and [`SURFACES`]: what the rays of these probes meet. With a box in which
+    /// something has moved (m), rays of probes that stand where they were, and do not come through
+    /// it, keep what they have met.
+    pub fn trace(
+        &self,
+        frame: &mut Frame,
+        (scene, paths): (&GpuScene, &PathScene),
+        volume: &Volume,
+        probes: Listed<'_>,
+        moved: Option<Moved>,
+    ) {
+        self.trace_from(frame, &paths.rays, (&volume.places, probes), moved);
+        let all = probes.count * self.count;
+        let pass = probes.bind(frame.pass(&SURFACES));
         paths
             .rays
-            .bind(frame.pass(&SURFACES))
+            .bind(pass)
             .bind("ray_set", &self.set)
             .bind("ray_hits", &self.hits)
             .constant("EMITTERS", paths.emitters.count)
             .constant("BUMPS", scene.has_bumps())
-            .push(&TraceParams {
+            .push(&RayParams {
                 ray_count: self.count,
+                first_probe: probes.first,
                 all,
             })
             .dispatch(linear_groups(all));
     }
 
-    /// Adds [`TRACE`]: what rays from these places, so many, meet, as triangles and places on them.
+    /// Adds [`TRACE`]: what rays of these probes meet from these places, as triangles and places on
+    /// them.
     pub fn trace_from(
         &self,
         frame: &mut Frame,
         triangles: &SceneRays,
-        (places, probe_count): (&Arc<Buffer>, u32),
+        (places, probes): (&Arc<Buffer>, Listed<'_>),
+        moved: Option<Moved>,
     ) {
-        let all = probe_count * self.count;
+        let all = probes.count * self.count;
+        let [low, high] = corners(moved);
+        let pass = probes.bind(frame.pass(&TRACE));
         triangles
-            .bind(frame.pass(&TRACE))
+            .bind(pass)
             .bind("probe_places", places)
             .bind("ray_set", &self.set)
             .bind("ray_hits", &self.hits)
+            .constant("KEEPS", moved.is_some())
             .push(&TraceParams {
+                low,
+                high,
                 ray_count: self.count,
+                first_probe: probes.first,
                 all,
             })
             .dispatch(linear_groups(all));
     }
 
-    /// Adds [`MOMENTS`] or [`MOMENTS_POWER`]: how far all probes see, where look-ups ask for it.
-    /// Their rays are traced before.
+    /// Adds [`MOMENTS`] or [`MOMENTS_POWER`]: how far these probes see, where look-ups ask for it.
+    /// Their rays are traced before, after the same has moved.
     pub fn moments(
         &self,
         frame: &mut Frame,
         triangles: &SceneRays,
-        volume: &Volume,
+        (volume, probes): (&Volume, Listed<'_>),
         filter: MomentFilter,
+        moved: Option<Moved>,
     ) {
         if !volume.has_moments {
             return;
         }
         let texels = volume.moment_texels * volume.moment_texels;
-        let all = volume.lattice.probe_count() * texels;
+        let all = probes.count * texels;
+        let [low, high] = corners(moved);
         let cell_m = volume.lattice.cell();
         let pass = match filter {
             MomentFilter::Box => triangles
                 .bind(frame.pass(&MOMENTS))
-                .bind("probe_places", &volume.places),
+                .bind("probe_places", &volume.places)
+                .constant("KEEPS", moved.is_some()),
             MomentFilter::Power => frame
                 .pass(&MOMENTS_POWER)
                 .bind("ray_set", &self.set)
                 .bind("ray_hits", &self.hits),
         };
-        pass.bind("probe_moments", &volume.moments)
+        probes
+            .bind(pass)
+            .bind("probe_moments", &volume.moments)
             .push(&MomentParams {
+                low,
+                high,
                 columns: volume.columns,
                 edge: volume.moment_texels,
+                first_probe: probes.first,
                 all,
                 ray_count: self.count,
                 cell_m,
@@ -179,7 +230,7 @@ impl ProbeRays {
         let of_probe = |(probe, hits): (u32, &[[u32; 4]])| {
             let turn = oracle::turn_of(probe);
             let ray = |(direction, hit): (&DVec3, &[u32; 4])| {
-                ((turn * *direction).as_vec3(), f32::from_bits(hit[3]))
+                ((turn * *direction).as_vec3(), f32::from_bits(hit[3]).abs())
             };
             set.iter().zip(hits).map(ray).collect()
         };
@@ -187,51 +238,46 @@ impl ProbeRays {
         Ok(probes.map(of_probe).collect())
     }
 
-    /// Adds the passes that light all probes anew: by the lights and what emits, then with each of
-    /// these bounces, 2 or more, what the one before has left. That adds to the light of the first.
+    /// Adds the passes that light these probes anew: by the lights and what emits, then with each
+    /// of these bounces, 2 or more, what the one before has left. That adds to the light of the
+    /// first. The last of them keeps a share of what it was.
     pub fn light(
         &self,
         frame: &mut Frame,
         given: &Inputs<'_>,
         scene: &PathScene,
-        volume: &Volume,
-        (lookup, bounces, uses_maps): (&Lookup, RangeInclusive<u32>, bool),
+        (volume, probes): (&Volume, Listed<'_>),
+        how: Lighting<'_>,
     ) {
         let first = volume.lit(1);
-        self.each_part(volume, |probes| {
-            let [first_ray, all] = probes.map(|probes| probes * self.count);
+        let last = how.bounces.len();
+        let kept = |bounce: usize| if bounce == last { how.kept } else { 0.0 };
+        for part in probes.parts(self.at_a_time) {
+            let pass = part.bind(frame.pass(&LIGHT));
             scene
-                .bind(frame.pass(&LIGHT), given, uses_maps)
+                .bind(pass, given, how.uses_maps)
                 .bind("probe_places", &volume.places)
                 .bind("ray_set", &self.set)
                 .bind("ray_hits", &self.hits)
                 .bind("ray_light", &self.light)
-                .push(&RayLightParams {
+                .push(&RayParams {
                     ray_count: self.count,
-                    first_ray,
-                    all,
+                    first_probe: part.first,
+                    all: part.count * self.count,
                 })
-                .dispatch(linear_groups(all));
-            self.blend(frame, volume, probes, [first, first], false);
-        });
-        for bounce in bounces {
-            let [last, next] = [bounce - 1, bounce].map(|bounce| volume.lit(bounce));
-            self.each_part(volume, |probes| {
-                self.bounce(frame, given, scene, (volume, last), lookup, probes);
-                self.blend(frame, volume, probes, [first, next], true);
-            });
+                .dispatch(linear_groups(part.count * self.count));
+            self.blend(frame, volume, part, [first, first], (false, kept(0)));
+        }
+        for (index, bounce) in (1..).zip(how.bounces) {
+            let [last, next] = bounce.map(|bounce| volume.lit(bounce));
+            for part in probes.parts(self.at_a_time) {
+                self.bounce(frame, given, scene, (volume, last), how.lookup, part);
+                self.blend(frame, volume, part, [first, next], (true, kept(index)));
+            }
         }
     }
 
-    /// Calls with the first of some probes and their number, until all had their turn.
-    fn each_part(&self, volume: &Volume, mut part: impl FnMut([u32; 2])) {
-        let count = volume.lattice.probe_count();
-        for first in (0..count).step_by(self.at_a_time as usize) {
-            part([first, self.at_a_time.min(count - first)]);
-        }
-    }
-
-    /// Adds [`BOUNCE`] of some probes: what their rays bring of the light that all probes have.
+    /// Adds [`BOUNCE`] of these probes: what their rays bring of the light that all probes have.
     pub fn bounce(
         &self,
         frame: &mut Frame,
@@ -239,10 +285,10 @@ impl ProbeRays {
         scene: &PathScene,
         (volume, maps): (&Volume, &Maps),
         lookup: &Lookup,
-        probes: [u32; 2],
+        probes: Listed<'_>,
     ) {
-        let [first_ray, all] = probes.map(|probes| probes * self.count);
-        let pass = scene.bind(frame.pass(&BOUNCE), given, false);
+        let all = probes.count * self.count;
+        let pass = scene.bind(probes.bind(frame.pass(&BOUNCE)), given, false);
         lookup
             .bind(pass, volume, maps)
             .bind("ray_set", &self.set)
@@ -251,20 +297,21 @@ impl ProbeRays {
             .push(&BounceParams {
                 lookup: lookup.row(volume),
                 ray_count: self.count,
-                first_ray,
+                first_probe: probes.first,
                 all,
             })
             .dispatch(linear_groups(all));
     }
 
-    /// Adds [`BLEND`] or [`BLEND_SH`] of some probes; `adds`: to what `before` has.
+    /// Adds [`BLEND`] or [`BLEND_SH`] of these probes; `adds`: to what `before` has; `kept`: the
+    /// share that stays of what `maps` have had.
     pub fn blend(
         &self,
         frame: &mut Frame,
         volume: &Volume,
-        [first_probe, probe_count]: [u32; 2],
+        probes: Listed<'_>,
         [before, maps]: [&Maps; 2],
-        adds: bool,
+        (adds, kept): (bool, f32),
     ) {
         // What is not added to is not read: then another image is bound.
         let (light_before, gradients_before, scales_before) = if adds {
@@ -283,7 +330,9 @@ impl ProbeRays {
                 .constant("IRRADIANCE_TEXELS", volume.irradiance_texels)
                 .constant("HAS_GRADIENTS", volume.has_gradients)
         };
-        pass.bind("ray_set", &self.set)
+        probes
+            .bind(pass)
+            .bind("ray_set", &self.set)
             .bind("ray_light", &self.light)
             .bind("before", light_before)
             .bind("scales_before", scales_before)
@@ -293,13 +342,14 @@ impl ProbeRays {
             .push(&BlendParams {
                 columns: volume.columns,
                 ray_count: self.count,
-                first_probe,
-                probe_count,
+                first_probe: probes.first,
+                probe_count: probes.count,
                 cell_m: volume.lattice.cell(),
+                kept,
             })
             .dispatch([
-                probe_count.min(65_535),
-                probe_count.div_ceil(65_535).max(1),
+                probes.count.min(65_535),
+                probes.count.div_ceil(65_535).max(1),
                 1,
             ]);
     }

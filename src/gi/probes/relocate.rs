@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::lattice::Lattice;
+use super::list::ProbeList;
 use super::rays::ProbeRays;
 use super::volume::places_buffer;
 use crate::graph::{Error, Frame, FrameStats, Gpu};
@@ -36,11 +37,12 @@ pub fn relocate(
     for (places, homes) in places.chunks_mut(at_a_time).zip(homes.chunks(at_a_time)) {
         let count = places.len() as u32;
         let rays = ProbeRays::new(gpu, count, ray_count)?;
+        let list = ProbeList::of_all(gpu, count)?;
         for _ in 0..STEPS {
             let from = places_buffer(gpu, places)?;
             let mut frame = Frame::new();
             frame.set_scene(&scene.set, &scene.materials);
-            rays.trace_from(&mut frame, triangles, (&from, count));
+            rays.trace_from(&mut frame, triangles, (&from, list.part(0, count)), None);
             stats.append(gpu.submit(frame)?);
             let seen = rays.read_distances(gpu, count)?;
             for ((place, home), rays) in places.iter_mut().zip(homes).zip(&seen) {

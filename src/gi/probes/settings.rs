@@ -1,5 +1,6 @@
 //! Settings, presets and rules.
 
+use super::schedule::{HYSTERESIS, PROBES_PER_FRAME, TRACE};
 use crate::gi::settings::{Domain, Group, Preset, Rule, Setting};
 use crate::gi::shared::paths::HIT_LIGHT;
 
@@ -56,11 +57,12 @@ pub(super) const BOUNCES: Setting = Setting {
 pub(super) const SETTINGS: &[Setting] = &[
     Setting {
         name: "rays",
-        help: "rays of a probe: traced when it is built, lit in each frame",
+        help: "rays of a probe",
         unit: "rays",
         domain: Domain::Count { min: 32, max: 8192 },
         default: "256",
     },
+    TRACE,
     HIT_LIGHT,
     Setting {
         name: "irradiance",
@@ -137,6 +139,8 @@ pub(super) const SETTINGS: &[Setting] = &[
         default: "2",
     },
     BOUNCES,
+    PROBES_PER_FRAME,
+    HYSTERESIS,
 ];
 
 /// The presets.
@@ -194,7 +198,16 @@ pub(super) const RULES: &[Rule] = &[
         settings: &["moment_texels", "moment_filter"],
         applies: |settings| settings.is("visibility", "moments"),
     },
-    Rule::always(Group::Light, &["rays", "hit_light"]),
+    Rule::always(
+        Group::Light,
+        &[
+            "rays",
+            "hit_light",
+            "trace",
+            "probes_per_frame",
+            "hysteresis",
+        ],
+    ),
     Rule::always(Group::Gather, &["visibility", "normal_bias"]),
     Rule {
         group: Group::Gather,

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::{Vec3, Vec4};
 
 use super::lattice::Lattice;
+use super::list::{Listed, ProbeList};
 use crate::graph::{
     Buffer, BufferDesc, BufferUsage, Error, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Owner, vk,
 };
@@ -56,8 +57,10 @@ pub struct Volume {
     pub is_sh: bool,
     /// Edge of a map of distances (texels).
     pub moment_texels: u32,
-    /// xyz of each probe: where it stands (m).
+    /// xyz of each probe: where it stands (m); w: 1 where it stands elsewhere than before, or 0.
     pub places: Arc<Buffer>,
+    /// All of them.
+    pub all: ProbeList,
     /// RG16F: mean and mean square of the distance that a probe sees (cells); one map that nobody
     /// reads where `has_moments` is false.
     pub moments: Arc<Image>,
@@ -100,7 +103,7 @@ pub(super) fn store_image(
     })
 }
 
-fn buffer(gpu: &Gpu, name: &str, size_bytes: u64) -> Result<Arc<Buffer>, Error> {
+pub(super) fn buffer(gpu: &Gpu, name: &str, size_bytes: u64) -> Result<Arc<Buffer>, Error> {
     gpu.create_buffer(&BufferDesc {
         name: name.into(),
         size_bytes: size_bytes.max(16),
@@ -112,15 +115,18 @@ fn buffer(gpu: &Gpu, name: &str, size_bytes: u64) -> Result<Arc<Buffer>, Error> 
 /// Beyond so many diagonals of a cell all distances count as one.
 const REACH_DIAGONALS: f32 = 1.5;
 
-fn upload(gpu: &Gpu, buffer: &Arc<Buffer>, places: &[Vec3]) -> Result<(), Error> {
-    let rows: Vec<Vec4> = places.iter().map(|place| place.extend(0.0)).collect();
+fn upload(gpu: &Gpu, buffer: &Arc<Buffer>, places: &[Vec3], before: &[Vec3]) -> Result<(), Error> {
+    let is_new = |(index, place): (usize, &Vec3)| before.get(index) != Some(place);
+    let rows: Vec<Vec4> = (places.iter().enumerate())
+        .map(|(index, place)| place.extend(f32::from(u8::from(is_new((index, place))))))
+        .collect();
     gpu.upload_buffer(buffer, bytemuck::cast_slice(&rows))
 }
 
 /// A buffer of places (m) that rays are traced from.
 pub(super) fn places_buffer(gpu: &Gpu, places: &[Vec3]) -> Result<Arc<Buffer>, Error> {
     let rows = buffer(gpu, "probes.some_places", 16 * places.len() as u64)?;
-    upload(gpu, &rows, places).map(|()| rows)
+    upload(gpu, &rows, places, &[]).map(|()| rows)
 }
 
 impl Volume {
@@ -151,6 +157,7 @@ impl Volume {
             is_sh: kept.irradiance == Irradiance::Harmonics,
             moment_texels,
             places: buffer(gpu, "probes.places", 16 * u64::from(count))?,
+            all: ProbeList::of_all(gpu, count)?,
             moments: atlas(
                 gpu,
                 "probes.moments",
@@ -171,9 +178,14 @@ impl Volume {
         REACH_DIAGONALS * self.lattice.diagonal() / self.lattice.cell()
     }
 
-    /// Puts the probes at these places (m).
-    pub fn put(&self, gpu: &Gpu, places: &[Vec3]) -> Result<(), Error> {
-        upload(gpu, &self.places, places)
+    /// Puts the probes at these places (m), where they were at those `before`, if they were at any.
+    pub fn put(&self, gpu: &Gpu, places: &[Vec3], before: &[Vec3]) -> Result<(), Error> {
+        upload(gpu, &self.places, places, before)
+    }
+
+    /// All probes.
+    pub fn listed(&self) -> Listed<'_> {
+        self.all.part(0, self.lattice.probe_count())
     }
 
     /// The maps that have the light of so many bounces, of those that it was made for.

@@ -12,11 +12,13 @@ pub use passes::{
 
 use std::sync::Arc;
 
+use glam::Vec3;
+
 use super::passes::{
     BLEND_SH, BOUNCE, EXPLORE, LIGHT as LIGHT_RAYS, MOMENTS, SURFACES, TRACE as TRACE_RAYS,
 };
 use super::placement::Standing;
-use super::rays::{MomentFilter, ProbeRays};
+use super::rays::{Lighting, MomentFilter, ProbeRays};
 use super::settings::{PLACEMENT, PLACEMENT_RULES};
 use super::volume::{Irradiance, Kept, Volume};
 use crate::gi::entry::{Directions, Entry, Stage};
@@ -120,6 +122,8 @@ fn make(
 struct Built {
     scene: PathScene,
     volume: Volume,
+    /// Where the probes stand (m).
+    places: Vec<Vec3>,
     /// Of which probes have their irradiance.
     rays: ProbeRays,
     field: Field,
@@ -154,18 +158,20 @@ impl LightFieldProbes {
     fn place(
         &self,
         &Context { gpu, scene, .. }: &Context<'_>,
-        built: &Built,
+        built: &mut Built,
     ) -> Result<FrameStats, Error> {
         let (triangles, how) = (&built.scene.rays, (self.probe_rays, LOOKUP.normal_bias));
-        let mut stats = (self.standing).put((gpu, scene), triangles, &built.volume, how)?;
+        let at = (&built.volume, &mut built.places);
+        let mut stats = (self.standing).put((gpu, scene), triangles, at, how)?;
         let mut frame = Frame::new();
         frame.set_scene(&scene.set, &scene.materials);
         built.field.trace(&mut frame, triangles, &built.volume);
         if self.has_irradiance() {
-            built
-                .rays
-                .trace(&mut frame, scene, &built.scene, &built.volume);
-            (built.rays).moments(&mut frame, triangles, &built.volume, MomentFilter::Box);
+            let (paths, volume) = (&built.scene, &built.volume);
+            let probes = volume.listed();
+            (built.rays).trace(&mut frame, (scene, paths), volume, probes, None);
+            let of = (volume, probes);
+            (built.rays).moments(&mut frame, triangles, of, MomentFilter::Box, None);
         }
         stats.append(gpu.submit(frame)?);
         Ok(stats)
@@ -265,14 +271,15 @@ impl Technique for LightFieldProbes {
         } else {
             1
         };
-        let built = Built {
+        let mut built = Built {
             scene: own,
+            places: Vec::new(),
             field: Field::new(gpu, &volume, self.texels)?,
             rays: ProbeRays::new(gpu, traced, self.probe_rays)?,
             volume,
             lit: 0,
         };
-        stats.append(self.place(context, &built)?);
+        stats.append(self.place(context, &mut built)?);
         self.built = Some(built);
         Ok(stats)
     }
@@ -285,7 +292,7 @@ impl Technique for LightFieldProbes {
             return self.build(context);
         };
         let mut stats = built.scene.follow(context.gpu, context.scene)?;
-        stats.append(self.place(context, &built)?);
+        stats.append(self.place(context, &mut built)?);
         self.built = Some(built);
         Ok(stats)
     }
@@ -299,12 +306,19 @@ impl Technique for LightFieldProbes {
         let Some(built) = &mut self.built else { return };
         built.lit = lit;
         if of_probes > 0 {
-            let bounces = match self.bounces {
-                LightBounces::Count(_) => 2..=of_probes,
-                LightBounces::Feedback => of_probes.max(2)..=of_probes,
+            let first = match self.bounces {
+                LightBounces::Count(_) => 2,
+                LightBounces::Feedback => of_probes.max(2),
             };
-            let how = (&LOOKUP, bounces, self.uses_maps);
-            (built.rays).light(frame, given, &built.scene, &built.volume, how);
+            let bounces: Vec<[u32; 2]> = (first..=of_probes).map(|lit| [lit - 1, lit]).collect();
+            let how = Lighting {
+                lookup: &LOOKUP,
+                bounces: &bounces,
+                uses_maps: self.uses_maps,
+                kept: 0.0,
+            };
+            let of = (&built.volume, built.volume.listed());
+            (built.rays).light(frame, given, &built.scene, of, how);
         }
         let reflected = (built.lit > 1).then(|| built.volume.lit(built.lit - 1));
         let probes = (&built.volume, &LOOKUP);
