@@ -22,6 +22,7 @@ pub static TECHNIQUES: &[&Entry] = &[
     &ray_traced::ENTRY,
     &probes::irradiance::ENTRY,
     &probes::light_field::ENTRY,
+    &probes::cascades::ENTRY,
 ];
 
 /// The technique that commands take where none is named.

@@ -65,6 +65,34 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("gi/probes/blend_sh.comp", include_bytes!("../../spirv/gi/probes/blend_sh.comp.spv")),
     ("gi/probes/bounce.comp", include_bytes!("../../spirv/gi/probes/bounce.comp.spv")),
     ("gi/probes/bounce_query.comp", include_bytes!("../../spirv/gi/probes/bounce_query.comp.spv")),
+    (
+        "gi/probes/cascades/bounce.comp",
+        include_bytes!("../../spirv/gi/probes/cascades/bounce.comp.spv"),
+    ),
+    (
+        "gi/probes/cascades/bounce_query.comp",
+        include_bytes!("../../spirv/gi/probes/cascades/bounce_query.comp.spv"),
+    ),
+    (
+        "gi/probes/cascades/gather.comp",
+        include_bytes!("../../spirv/gi/probes/cascades/gather.comp.spv"),
+    ),
+    (
+        "gi/probes/cascades/need.comp",
+        include_bytes!("../../spirv/gi/probes/cascades/need.comp.spv"),
+    ),
+    (
+        "gi/probes/cascades/place.comp",
+        include_bytes!("../../spirv/gi/probes/cascades/place.comp.spv"),
+    ),
+    (
+        "gi/probes/cascades/place_query.comp",
+        include_bytes!("../../spirv/gi/probes/cascades/place_query.comp.spv"),
+    ),
+    (
+        "gi/probes/cascades/view.comp",
+        include_bytes!("../../spirv/gi/probes/cascades/view.comp.spv"),
+    ),
     ("gi/probes/explore.comp", include_bytes!("../../spirv/gi/probes/explore.comp.spv")),
     (
         "gi/probes/explore_query.comp",

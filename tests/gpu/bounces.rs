@@ -469,7 +469,8 @@ fn bounces_of_pieces_are_those_of_the_whole() {
     );
 }
 
-/// Bit by bit: the first frame with feedback is one bounce, the next is two, and so on.
+/// Bit by bit: the first frame with feedback is one bounce, the next is two, and so on. Only the
+/// light of techniques that light all at once in their first frame is at rest in that.
 #[test]
 fn each_frame_of_feedback_is_a_bounce_more() {
     let gpu = gpu();
@@ -477,6 +478,10 @@ fn each_frame_of_feedback_is_a_bounce_more() {
     for case in default_cases_with("bounces=feedback") {
         let feedback = case.settings(&[("resolution", "16"), ("bounces", "feedback")]);
         assert_eq!((case.entry.bounces)(&feedback), None);
+        if (case.entry.frames_to_rest)(&feedback) == 1 {
+            assert_eq!(case.entry.name, "probe-cascades");
+            continue;
+        }
         let (mut renderer, _) =
             Renderer::new(&gpu, &scene, case.entry, &feedback, frame(24, 24, 128)).unwrap();
         for count in ["1", "2", "3", "4"] {
@@ -555,7 +560,9 @@ fn energy_of_a_furnace() {
         preset: Some(preset),
     });
     for case in default_cases().into_iter().chain(cones) {
-        for count in [2, 4] {
+        // Of probes in nested lattices no count is beyond 2.
+        let counts = [2, 4].into_iter();
+        for count in counts.filter(|count| case.accepts(&format!("bounces={count}"))) {
             let pairs = [
                 ("resolution", "32"),
                 ("bounces", ["2", "3", "4"][count - 2]),

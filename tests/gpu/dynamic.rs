@@ -544,6 +544,7 @@ fn static_scenes_pay_nothing() {
                 "ray-traced",
                 "irradiance-probes",
                 "light-field-probes",
+                "probe-cascades",
                 "clipmap",
                 "lpv",
                 "lpv-cascaded",

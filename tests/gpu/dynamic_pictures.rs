@@ -149,10 +149,15 @@ fn running_averages_are_made_anew() {
     );
 }
 
-/// Largest difference of a pixel, over the mean. Bricks hold the same bits, but lie in pools of
-/// different size, in which texture coordinates round differently.
+/// Largest difference of a pixel, over the mean. Bricks, and maps of probes that come and go, hold
+/// the same bits, but lie elsewhere in images, where texture coordinates round differently.
 fn rounding(case: &Case) -> f64 {
-    if case.entry.name == "svo" { 1e-4 } else { 0.0 }
+    match case.entry.name {
+        "svo" => 1e-4,
+        // What sees a probe is a ratio of small differences there.
+        "probe-cascades" => 1e-3,
+        _ => 0.0,
+    }
 }
 
 /// Goes to some times (s), each compared with a new renderer there, and back to the first.
@@ -250,8 +255,14 @@ fn feedback_goes_on_after_a_move() {
             first / converged,
             one_bounce / converged
         );
+        // Whose first frame is at rest has no frames to lose.
+        let lost = if (case.entry.frames_to_rest)(&settings) == 1 {
+            0.4
+        } else {
+            1.0 - one_bounce / converged
+        };
         assert!(
-            (first / converged - 1.0).abs() < 0.5 * (1.0 - one_bounce / converged),
+            (first / converged - 1.0).abs() < 0.5 * lost,
             "{}: {first}, {one_bounce}, {converged}",
             case.name()
         );

@@ -48,6 +48,7 @@ mod oracle_svo_dynamic;
 mod oracle_voxels;
 mod patches;
 mod planner;
+mod probe_cascades;
 mod probes;
 mod probes_field;
 mod probes_lookup;

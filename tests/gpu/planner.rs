@@ -126,7 +126,25 @@ struct Life {
 }
 
 /// Few, which run every pass of every technique between them.
-const LIVES: [Life; 46] = [
+const LIVES: [Life; 48] = [
+    Life {
+        technique: "probe-cascades",
+        preset: Some("default"),
+        pairs: &[
+            ("probes", "4"),
+            ("rays", "32"),
+            ("bounces", "feedback"),
+            ("irradiance", "oct"),
+            ("probes_per_frame", "20"),
+        ],
+        surfaces: Surfaces::Emissive,
+    },
+    Life {
+        technique: "probe-cascades",
+        preset: Some("accurate"),
+        pairs: &[("probes", "4"), ("moment_filter", "power")],
+        surfaces: Surfaces::Glossy,
+    },
     Life {
         technique: "light-field-probes",
         preset: Some("textbook"),

@@ -9,7 +9,7 @@ use lumivox::image::{Aov, Image};
 use lumivox::scene::{Light, Scene};
 
 use crate::probes::{Traced, ray_direction, scenes, texels, traced};
-use crate::support::compare::Worst;
+use crate::support::compare::{Largest, Worst};
 use crate::support::gpu;
 use crate::support::technique::{Surfaces, frame, largest_difference, small_lights, small_room};
 
@@ -165,7 +165,7 @@ fn what_probes_remember_decays_by_their_hysteresis() {
         let mut remembers = renderer(&gpu, &scene, &[irradiance, "hysteresis=0.7"]);
         next(&mut remembers, &scene);
         remembers.move_lights(&moved).unwrap();
-        let largest = after.iter().map(|pixel| f64::from(pixel.max_element()));
+        let largest = after.iter().map(|pixel| pixel.largest());
         let largest = largest.worst();
         for frame in 1..5 {
             let found = next(&mut remembers, &moved).pixels;
@@ -173,7 +173,7 @@ fn what_probes_remember_decays_by_their_hysteresis() {
             let pixels = found.iter().zip(before.iter().zip(&after));
             let off = pixels.map(|(found, (before, after))| {
                 let expected = left * *before + (1.0 - left) * *after;
-                f64::from((*found - expected).abs().max_element())
+                (*found - expected).largest()
             });
             let off = off.worst() / largest;
             assert!(off < 3e-3, "{irradiance}, frame {frame}: {off}");

@@ -47,6 +47,9 @@ const BOUNCES: &[(&str, &str)] = &[("bounces", "3")];
 /// On top of the default presets of techniques that place probes.
 const MOVED: &[(&str, &str)] = &[("placement", "snap")];
 
+/// On top of the default presets of techniques that may keep harmonics in place of maps.
+const MAPS: &[(&str, &str)] = &[("irradiance", "oct")];
+
 /// On top of the default presets: what pixels share.
 const SHARED: [&[(&str, &str)]; 2] = [
     &[("history", "2"), ("blur", "even")],
@@ -110,10 +113,14 @@ fn combinations() -> Vec<(Case, Vec<(&'static str, &'static str)>)> {
     let placing = default_cases().into_iter();
     let placing = placing.filter(|case| has(case, "placement"));
     let moved = placing.map(|case| (case, MOVED.to_vec()));
+    let mapped = default_cases().into_iter();
+    let mapped = mapped.filter(|case| has(case, "irradiance"));
+    let mapped = mapped.map(|case| (case, MAPS.to_vec()));
     let shared = default_cases().into_iter();
     let shared = shared.flat_map(|case| SHARED.map(|pairs| (case, pairs.to_vec())));
     (presets.chain(more).chain(streams).chain(bounces))
         .chain(moved)
+        .chain(mapped)
         .chain(shared)
         .collect()
 }

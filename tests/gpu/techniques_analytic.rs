@@ -299,6 +299,27 @@ const STATED: &[Stated] = &[
         furnace: [0.0, 0.0],
         plates: [0.019, 0.062],
     },
+    Stated {
+        name: "probe-cascades.default",
+        lit_sphere: [-0.002, 0.005],
+        sky: [0.008, 0.009],
+        furnace: [0.0, 0.0],
+        plates: [0.050, 0.119],
+    },
+    Stated {
+        name: "probe-cascades.large",
+        lit_sphere: [-0.002, 0.005],
+        sky: [0.008, 0.009],
+        furnace: [0.0, 0.0],
+        plates: [0.050, 0.119],
+    },
+    Stated {
+        name: "probe-cascades.accurate",
+        lit_sphere: [-0.002, 0.005],
+        sky: [0.009, 0.009],
+        furnace: [0.0, 0.0],
+        plates: [0.042, 0.080],
+    },
     // Plates: silhouettes are as coarse as the texels of 8 probes along the longest side.
     Stated {
         name: "light-field-probes.default",
@@ -1088,6 +1109,7 @@ const DEFAULT_BARS: &[(&str, f64, f64)] = &[
     ("lpv-octree.accurate", 0.04, 0.08),
     ("ray-traced.default", 0.02, 0.05),
     ("irradiance-probes.default", 0.03, 0.06),
+    ("probe-cascades.default", 0.03, 0.09),
     ("light-field-probes.default", 0.03, 0.06),
 ];
 

@@ -1,6 +1,7 @@
 // The light of a surface from the probes around it (Majercik et al. 2019; docs/gi/probes.md). The
-// including pass declares `params` with a LookupRow `lookup`, LOOKUP_BINDING and LOOKUP_CONSTANT;
-// one that can trace rays also TRACES.
+// including pass declares `params` with a LookupRow `lookup`, or another one as LOOKUP; and
+// LOOKUP_BINDING and LOOKUP_CONSTANT; one that can trace rays also TRACES. With SPARSE not all probes
+// are there, and it has a `probe_at` of its own.
 #ifndef LUMIVOX_PROBES_LOOKUP
 #define LUMIVOX_PROBES_LOOKUP
 
@@ -28,14 +29,22 @@ layout(set = 1, binding = LOOKUP_BINDING + 2) uniform texture2D probe_irradiance
 layout(set = 1, binding = LOOKUP_BINDING + 3) uniform texture2D probe_moments;
 layout(set = 1, binding = LOOKUP_BINDING + 4) uniform texture2D probe_gradients;
 
+#ifndef LOOKUP
+#define LOOKUP params.lookup
+#endif
+
+#ifndef SPARSE
+const uint NO_PROBE = 0xffffffffu;
+
 uint probe_at(uvec3 place) {
-    uvec3 counts = params.lookup.counts.xyz;
+    uvec3 counts = LOOKUP.counts.xyz;
     return place.x + counts.x * (place.y + counts.y * place.z);
 }
+#endif
 
 vec4 map_at(texture2D image, uint probe, uint edge, vec3 direction) {
     vec2 size = vec2(textureSize(sampler2D(image, linear_clamp), 0));
-    vec2 place = place_in_map(map_of(probe, params.lookup.columns, edge), edge, direction);
+    vec2 place = place_in_map(map_of(probe, LOOKUP.columns, edge), edge, direction);
     return textureLod(sampler2D(image, linear_clamp), place / size, 0.0);
 }
 
@@ -59,7 +68,7 @@ vec2 sight_of_probe(uint probe, vec3 position, vec3 moved, vec3 normal) {
     vec3 direction = seen / max(distance, 1e-30);
     if (VISIBILITY == VISIBILITY_MOMENTS) {
         vec2 moments = map_at(probe_moments, probe, MOMENT_TEXELS, direction).rg;
-        share = chebyshev(moments, distance / params.lookup.spacing.w);
+        share = chebyshev(moments, distance / LOOKUP.spacing.w);
     }
 #ifdef TRACES
     if (VISIBILITY == VISIBILITY_RAYS) {
@@ -72,13 +81,13 @@ vec2 sight_of_probe(uint probe, vec3 position, vec3 moved, vec3 normal) {
 
 // Small weights are made smaller still, and go to 0 smoothly.
 float crushed(float weight) {
-    float crush = params.lookup.crush;
+    float crush = LOOKUP.crush;
     return weight < crush ? weight * weight * weight / (crush * crush) : weight;
 }
 
 // The same of spherical harmonics, a coefficient of radiance a texel.
 vec4 light_of_harmonics(uint probe, vec3 normal) {
-    ivec2 first = map_of(probe, params.lookup.columns, 1u);
+    ivec2 first = map_of(probe, LOOKUP.columns, 1u);
     float lobe[9] = sh_zonal3(SH_COSINE, normal);
     vec4 sum = vec4(0.0);
     for (int i = 0; i < 9; ++i) {
@@ -101,7 +110,7 @@ vec4 light_of_probe(uint probe, vec3 position, vec3 normal) {
     }
     if (HAS_GRADIENTS != 0u) {
         vec3 gradient = map_at(probe_gradients, probe, IRRADIANCE_TEXELS, normal).xyz;
-        vec3 way = (position - probe_places[probe].xyz) / params.lookup.spacing.w;
+        vec3 way = (position - probe_places[probe].xyz) / LOOKUP.spacing.w;
         float change = dot(gradient, way) / max(luminance_of(light.rgb), 1e-30);
         light.rgb *= clamp(1.0 + change, 0.0, MOST_CHANGE);
     }
@@ -116,7 +125,7 @@ const float LEAST_SEEN = 1e-3;
 // some; `otherwise` where none has.
 vec4 light_of_further(uvec3 first, vec3 position, vec3 moved, vec3 geometric_normal,
     vec3 shading_normal, vec4 otherwise) {
-    float cell_m = params.lookup.spacing.w;
+    float cell_m = LOOKUP.spacing.w;
     for (uint ring = 1u; ring <= RINGS; ++ring) {
         uint edge = 2u + 2u * ring;
         vec4 sum = vec4(0.0);
@@ -127,9 +136,10 @@ vec4 light_of_further(uvec3 first, vec3 position, vec3 moved, vec3 geometric_nor
             bool is_inner = all(greaterThan(step, uvec3(0u)))
                 && all(lessThan(step, uvec3(edge - 1u)));
             bool is_there = all(greaterThanEqual(at, ivec3(0)))
-                && all(lessThan(at, ivec3(params.lookup.counts.xyz)));
+                && all(lessThan(at, ivec3(LOOKUP.counts.xyz)));
             if (is_inner || !is_there) continue;
             uint probe = probe_at(uvec3(at));
+            if (probe == NO_PROBE) continue;
             vec2 sight = sight_of_probe(probe, position, moved, geometric_normal);
             vec3 way = (probe_places[probe].xyz - position) / cell_m;
             float weight = crushed(sight.x * sight.y) / max(dot(way, way), 1e-2);
@@ -149,7 +159,7 @@ struct Cage {
 };
 
 Cage cage_around(vec3 position, vec3 normal) {
-    LookupRow row = params.lookup;
+    LookupRow row = LOOKUP;
     vec3 moved = position + row.normal_bias_m * normal;
     vec3 last = vec3(row.counts.xyz) - 1.0;
     vec3 place = clamp((moved - row.first.xyz) / row.spacing.xyz, vec3(0.0), last);
@@ -167,26 +177,40 @@ float share_of(Cage cage, uint corner) {
     return t.x * t.y * t.z;
 }
 
+// What the eight probes of a cage have for a surface.
+struct CageLight {
+    vec4 sum;         // irradiance [W/m²] and ambient visibility, by weight
+    float weights;
+    float seen;       // weights without their floor
+    float present;    // trilinear weights of probes that are there
+};
+
+CageLight light_of_cage(Cage cage, vec3 position, vec3 geometric_normal, vec3 shading_normal) {
+    CageLight light = CageLight(vec4(0.0), 0.0, 0.0, 0.0);
+    for (uint corner = 0u; corner < 8u; ++corner) {
+        uint probe = probe_at(cage.first + step_to(corner));
+        if (probe == NO_PROBE) continue;
+        vec2 sight = sight_of_probe(probe, position, cage.moved, geometric_normal);
+        float share = share_of(cage, corner);
+        float weight = share * crushed(sight.x * max(sight.y, LOOKUP.weight_floor));
+        light.sum += weight * light_of_probe(probe, position, shading_normal);
+        light.weights += weight;
+        light.seen += share * crushed(sight.x * sight.y);
+        light.present += share;
+    }
+    return light;
+}
+
 // Irradiance [W/m²], and in alpha the ambient visibility.
 vec4 light_of_probes(vec3 position, vec3 geometric_normal, vec3 shading_normal) {
     Cage cage = cage_around(position, geometric_normal);
-    vec4 sum = vec4(0.0);
-    float weights = 0.0, seen = 0.0;
-    for (uint corner = 0u; corner < 8u; ++corner) {
-        uint probe = probe_at(cage.first + step_to(corner));
-        vec2 sight = sight_of_probe(probe, position, cage.moved, geometric_normal);
-        float share = share_of(cage, corner);
-        float weight = share * crushed(sight.x * max(sight.y, params.lookup.weight_floor));
-        sum += weight * light_of_probe(probe, position, shading_normal);
-        weights += weight;
-        seen += share * crushed(sight.x * sight.y);
-    }
-    vec4 light = sum / max(weights, 1e-30);
+    CageLight of_cage = light_of_cage(cage, position, geometric_normal, shading_normal);
+    vec4 light = of_cage.sum / max(of_cage.weights, 1e-30);
     if (VISIBILITY == VISIBILITY_MOMENTS) {
-        if (seen < LEAST_SEEN) {
+        if (of_cage.seen < LEAST_SEEN) {
             vec4 further = light_of_further(
                 cage.first, position, cage.moved, geometric_normal, shading_normal, light);
-            light = mix(further, light, seen / LEAST_SEEN);
+            light = mix(further, light, of_cage.seen / LEAST_SEEN);
         }
     }
     return light;

@@ -15,7 +15,9 @@ use super::passes::{
 use super::placement::Standing;
 use super::rays::{Lighting, MomentFilter, Moved, ProbeRays};
 use super::schedule::{self, Schedule};
-use super::settings::{PLACEMENT, PLACEMENT_RULES, PRESETS, RULES, SETTINGS};
+use super::settings::{
+    KEPT_SETTINGS, LOOKUP_SETTINGS, PLACEMENT, PLACEMENT_RULES, PRESETS, RULES, SETTINGS,
+};
 use super::view::{self, VIEW, VIEWS};
 use super::volume::{Irradiance, Kept, Maps, Volume};
 use crate::gi::entry::{Entry, Stage};
@@ -32,7 +34,7 @@ pub static ENTRY: Entry = Entry {
     bounces: |settings| LightBounces::new(settings).count(),
     frames_to_rest: schedule::frames_to_rest,
     check: schedule::check,
-    settings: &[PLACEMENT, SETTINGS],
+    settings: &[PLACEMENT, KEPT_SETTINGS, LOOKUP_SETTINGS, SETTINGS],
     rules: &[PLACEMENT_RULES, RULES],
     presets: PRESETS,
     passes: &[&[
@@ -81,18 +83,10 @@ fn make(_context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique
     let (bounces, schedule) = (LightBounces::new(settings), Schedule::new(settings));
     Ok(Box::new(IrradianceProbes {
         standing: Standing::new(settings),
-        moment_filter: if settings.is("moment_filter", "power") {
-            MomentFilter::Power
-        } else {
-            MomentFilter::Box
-        },
+        moment_filter: MomentFilter::new(settings),
         rays: settings.count("rays"),
         kept: Kept {
-            irradiance: if settings.is("irradiance", "sh2") {
-                Irradiance::Harmonics
-            } else {
-                Irradiance::Octahedral(settings.count("irradiance_texels"))
-            },
+            irradiance: Irradiance::new(settings),
             moment_texels: settings
                 .is("visibility", "moments")
                 .then(|| settings.count("moment_texels")),

@@ -9,6 +9,7 @@ use crate::graph::{Access, Binding, Buffer, Error, Gpu, PassBuilder};
 pub(super) const LIST_BINDING: Binding = Binding::buffer("probe_list", Access::ComputeRead);
 
 /// Numbers of probes, and the seeds of the turns of their rays, on the device.
+#[derive(Clone)]
 pub struct ProbeList {
     rows: Arc<Buffer>,
 }

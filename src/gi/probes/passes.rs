@@ -249,7 +249,8 @@ pub static BOUNCE: Pass = Pass {
     sets: Sets::Scene,
 };
 
-const RAYS: [Binding; 3] = [
+/// What a pass binds that reads what rays meet, and writes what they bring.
+pub(super) const RAYS: [Binding; 3] = [
     Binding::sampled("ray_set", Access::ComputeSampled),
     Binding::sampled("ray_hits", Access::ComputeSampled),
     Binding::image("ray_light", Access::ComputeWrite),

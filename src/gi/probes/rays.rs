@@ -12,10 +12,10 @@ use super::passes::{
     MomentParams, RayParams, SURFACES, TRACE, TraceParams,
 };
 use super::volume::{Maps, Volume, store_image};
-use crate::gi::Inputs;
 use crate::gi::shared::paths::PathScene;
+use crate::gi::{Inputs, Settings};
 use crate::graph::compute::linear_groups;
-use crate::graph::{Buffer, Error, Frame, Gpu, Image, vk};
+use crate::graph::{Buffer, Error, Frame, Gpu, Image, PassBuilder, vk};
 use crate::render::GpuScene;
 use crate::render::bvh::SceneRays;
 
@@ -53,10 +53,21 @@ pub struct Lighting<'l> {
 const BOX_SHARE: f32 = 1e-5;
 
 /// What shaders are told of the box.
-fn corners(moved: Option<Moved>) -> [[f32; 4]; 2] {
+pub(super) fn corners(moved: Option<Moved>) -> [[f32; 4]; 2] {
     let (low, high) = moved.unwrap_or_default();
     let room = Vec3::splat(BOX_SHARE * low.abs().max(high.abs()).max_element());
     [low - room, high + room].map(|corner| corner.extend(0.0).to_array())
+}
+
+impl MomentFilter {
+    /// As the settings say.
+    pub(super) fn new(settings: &Settings) -> Self {
+        if settings.is("moment_filter", "power") {
+            MomentFilter::Power
+        } else {
+            MomentFilter::Box
+        }
+    }
 }
 
 /// The rays of all probes, and the light of those of some.
@@ -64,7 +75,7 @@ pub struct ProbeRays {
     /// Of a probe.
     pub count: u32,
     /// RGBA32F. xyz: directions before they are turned, [`oracle::ray_set`].
-    set: Arc<Image>,
+    pub(super) set: Arc<Image>,
     /// RGBA32UI: triangle, place on it, distance (m); packed as `gi/probes/hit_surface.glsl` says
     /// once they are to be lit.
     pub hits: Arc<Image>,
@@ -252,29 +263,50 @@ impl ProbeRays {
         let first = volume.lit(1);
         let last = how.bounces.len();
         let kept = |bounce: usize| if bounce == last { how.kept } else { 0.0 };
-        for part in probes.parts(self.at_a_time) {
-            let pass = part.bind(frame.pass(&LIGHT));
-            scene
-                .bind(pass, given, how.uses_maps)
-                .bind("probe_places", &volume.places)
-                .bind("ray_set", &self.set)
-                .bind("ray_hits", &self.hits)
-                .bind("ray_light", &self.light)
-                .push(&RayParams {
-                    ray_count: self.count,
-                    first_probe: part.first,
-                    all: part.count * self.count,
-                })
-                .dispatch(linear_groups(part.count * self.count));
+        for part in self.parts(probes) {
+            self.straight(frame, given, scene, (volume, part), how.uses_maps);
             self.blend(frame, volume, part, [first, first], (false, kept(0)));
         }
         for (index, bounce) in (1..).zip(how.bounces) {
             let [last, next] = bounce.map(|bounce| volume.lit(bounce));
-            for part in probes.parts(self.at_a_time) {
+            for part in self.parts(probes) {
                 self.bounce(frame, given, scene, (volume, last), how.lookup, part);
                 self.blend(frame, volume, part, [first, next], (true, kept(index)));
             }
         }
+    }
+
+    /// Probes in parts, for the rays of each of which there is room in the image of light.
+    pub(super) fn parts<'l>(&self, probes: Listed<'l>) -> impl Iterator<Item = Listed<'l>> {
+        probes.parts(self.at_a_time)
+    }
+
+    /// Adds [`LIGHT`] of these probes: what their rays bring of the lights and of what emits.
+    pub(super) fn straight(
+        &self,
+        frame: &mut Frame,
+        given: &Inputs<'_>,
+        scene: &PathScene,
+        (volume, probes): (&Volume, Listed<'_>),
+        uses_maps: bool,
+    ) {
+        let all = probes.count * self.count;
+        let pass = scene.bind(probes.bind(frame.pass(&LIGHT)), given, uses_maps);
+        self.bind(pass)
+            .bind("probe_places", &volume.places)
+            .push(&RayParams {
+                ray_count: self.count,
+                first_probe: probes.first,
+                all,
+            })
+            .dispatch(linear_groups(all));
+    }
+
+    /// Binds the rays, what they have met, and what they bring.
+    pub(super) fn bind<'f>(&self, pass: PassBuilder<'f>) -> PassBuilder<'f> {
+        pass.bind("ray_set", &self.set)
+            .bind("ray_hits", &self.hits)
+            .bind("ray_light", &self.light)
     }
 
     /// Adds [`BOUNCE`] of these probes: what their rays bring of the light that all probes have.
@@ -289,11 +321,7 @@ impl ProbeRays {
     ) {
         let all = probes.count * self.count;
         let pass = scene.bind(probes.bind(frame.pass(&BOUNCE)), given, false);
-        lookup
-            .bind(pass, volume, maps)
-            .bind("ray_set", &self.set)
-            .bind("ray_hits", &self.hits)
-            .bind("ray_light", &self.light)
+        self.bind(lookup.bind(pass, volume, maps))
             .push(&BounceParams {
                 lookup: lookup.row(volume),
                 ray_count: self.count,

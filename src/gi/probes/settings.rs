@@ -53,8 +53,8 @@ pub(super) const BOUNCES: Setting = Setting {
     default: "1",
 };
 
-/// The other settings of irradiance probes.
-pub(super) const SETTINGS: &[Setting] = &[
+/// What probes keep of the light, and of what they see.
+pub(super) const KEPT_SETTINGS: &[Setting] = &[
     Setting {
         name: "rays",
         help: "rays of a probe",
@@ -62,7 +62,6 @@ pub(super) const SETTINGS: &[Setting] = &[
         domain: Domain::Count { min: 32, max: 8192 },
         default: "256",
     },
-    TRACE,
     HIT_LIGHT,
     Setting {
         name: "irradiance",
@@ -80,13 +79,6 @@ pub(super) const SETTINGS: &[Setting] = &[
         default: "8",
     },
     Setting {
-        name: "gradient",
-        help: "whether probes also know how their irradiance changes with the place",
-        unit: "",
-        domain: Domain::Choice(&["on", "off"]),
-        default: "off",
-    },
-    Setting {
         name: "moment_texels",
         help: "edge of a probe's octahedral map of the distances that it sees",
         unit: "texels",
@@ -101,15 +93,10 @@ pub(super) const SETTINGS: &[Setting] = &[
         domain: Domain::Choice(&["box", "power"]),
         default: "box",
     },
-    Setting {
-        name: "visibility",
-        help: "what keeps a probe out that a surface does not see: none, facing (the side of the \
-               surface that it is on), moments (that, and the distances that it sees), or rays \
-               (the side, and a ray to it)",
-        unit: "",
-        domain: Domain::Choice(&["none", "facing", "moments", "rays"]),
-        default: "moments",
-    },
+];
+
+/// How surfaces look probes up.
+pub(super) const LOOKUP_SETTINGS: &[Setting] = &[
     Setting {
         name: "normal_bias",
         help: "how far off its surface a place looks probes up, in the smallest spacing",
@@ -130,6 +117,27 @@ pub(super) const SETTINGS: &[Setting] = &[
         unit: "",
         domain: Domain::Number { min: 0.0, max: 0.5 },
         default: "0.2",
+    },
+];
+
+/// The other settings of irradiance probes.
+pub(super) const SETTINGS: &[Setting] = &[
+    TRACE,
+    Setting {
+        name: "gradient",
+        help: "whether probes also know how their irradiance changes with the place",
+        unit: "",
+        domain: Domain::Choice(&["on", "off"]),
+        default: "off",
+    },
+    Setting {
+        name: "visibility",
+        help: "what keeps a probe out that a surface does not see: none, facing (the side of the \
+               surface that it is on), moments (that, and the distances that it sees), or rays \
+               (the side, and a ray to it)",
+        unit: "",
+        domain: Domain::Choice(&["none", "facing", "moments", "rays"]),
+        default: "moments",
     },
     Setting {
         name: "rings",

@@ -14,7 +14,7 @@ use crate::render::{GBuffer, screen_groups};
 use crate::shader::GpuStruct;
 
 /// Radius of a sphere (cells).
-const RADIUS: f32 = 0.1;
+pub(super) const RADIUS: f32 = 0.1;
 
 gpu_struct! {
     /// Parameters of `probes.view`.
@@ -61,21 +61,32 @@ const fn row(name: &'static str, unit: &'static str, scale: Scale, help: &'stati
     }
 }
 
+const PROBES: ViewRow = row(
+    "probes",
+    "W/m²",
+    Scale::Light,
+    "probes as spheres, by the irradiance of a surface that faces as the sphere does; surfaces by the \
+     irradiance that they look up",
+);
+
+const DISTANCES: ViewRow = row(
+    "probe-distances",
+    "",
+    Scale::Share,
+    "probes as spheres, by the mean distance that they see: 1 is the farthest",
+);
+
+const SIGHT: ViewRow = row(
+    "probe-sight",
+    "",
+    Scale::Share,
+    "the share of the eight probes around a surface that it sees; red where it sees none",
+);
+
 /// The views, in the order of the shader.
 pub(super) static VIEWS: [ViewRow; 6] = [
-    row(
-        "probes",
-        "W/m²",
-        Scale::Light,
-        "probes as spheres, by the irradiance of a surface that faces as the sphere does; surfaces \
-         by the irradiance that they look up",
-    ),
-    row(
-        "probe-distances",
-        "",
-        Scale::Share,
-        "probes as spheres, by the mean distance that they see: 1 is the farthest",
-    ),
+    PROBES,
+    DISTANCES,
     row(
         "probe-moves",
         "",
@@ -83,12 +94,7 @@ pub(super) static VIEWS: [ViewRow; 6] = [
         "probes as spheres, by the way from the lattice to where they stand: ±1 is as far as they \
          may go",
     ),
-    row(
-        "probe-sight",
-        "",
-        Scale::Share,
-        "the share of the eight probes around a surface that it sees; red where it sees none",
-    ),
+    SIGHT,
     row(
         "probe-irradiance-maps",
         "W/m²",
@@ -104,6 +110,9 @@ pub(super) static VIEWS: [ViewRow; 6] = [
     ),
 ];
 
+/// Those that there are of each of several lattices.
+pub(super) static LEVEL_VIEWS: [ViewRow; 3] = [PROBES, DISTANCES, SIGHT];
+
 /// Whether there is such a view of a volume.
 pub(super) fn is_there(view: &ViewRow, volume: &Volume) -> bool {
     let is_drawn = match view.name {
@@ -114,6 +123,11 @@ pub(super) fn is_there(view: &ViewRow, volume: &Volume) -> bool {
     VIEWS.contains(view) && is_drawn
 }
 
+/// The number that the shader has for a view.
+pub(super) fn index_of(view: &ViewRow) -> u32 {
+    VIEWS.iter().position(|row| row == view).unwrap_or(0) as u32
+}
+
 /// Adds the pass that draws one of them.
 pub(super) fn draw(
     frame: &mut Frame,
@@ -122,7 +136,6 @@ pub(super) fn draw(
     (gbuffer, seen): (&GBuffer, &Arc<Image>),
 ) {
     let [width, height, _] = seen.extent(0);
-    let index = VIEWS.iter().position(|row| row == view).unwrap_or(0);
     let cell = volume.lattice.cell();
     let pass = frame
         .pass(&VIEW)
@@ -136,7 +149,7 @@ pub(super) fn draw(
             radius_m: RADIUS * cell,
             farthest_m: snap::FARTHEST * cell,
             reach: volume.reach(),
-            view: index as u32,
+            view: index_of(view),
         })
         .dispatch(screen_groups([width, height]));
 }

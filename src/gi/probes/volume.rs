@@ -6,12 +6,14 @@ use glam::{Vec3, Vec4};
 
 use super::lattice::Lattice;
 use super::list::{Listed, ProbeList};
+use crate::gi::Settings;
 use crate::graph::{
     Buffer, BufferDesc, BufferUsage, Error, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Owner, vk,
 };
 
 /// The light of all probes, 3×3 texels of harmonics or an octahedral map each, in a border of one
 /// texel.
+#[derive(Clone)]
 pub struct Maps {
     /// RGBA16F. rgb: irradiance, or radiance as harmonics, in steps of the probe's scale; a: share
     /// of it that meets nothing.
@@ -32,6 +34,17 @@ pub enum Irradiance {
     Harmonics,
 }
 
+impl Irradiance {
+    /// As the settings say.
+    pub(super) fn new(settings: &Settings) -> Self {
+        if settings.is("irradiance", "sh2") {
+            Irradiance::Harmonics
+        } else {
+            Irradiance::Octahedral(settings.count("irradiance_texels"))
+        }
+    }
+}
+
 /// What is kept of each probe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Kept {
@@ -46,6 +59,7 @@ pub struct Kept {
 }
 
 /// The probes, what they see, and their light.
+#[derive(Clone)]
 pub struct Volume {
     /// Where they stand before they are moved.
     pub lattice: Lattice,
@@ -59,7 +73,7 @@ pub struct Volume {
     pub moment_texels: u32,
     /// xyz of each probe: where it stands (m); w: 1 where it stands elsewhere than before, or 0.
     pub places: Arc<Buffer>,
-    /// All of them.
+    /// All for which there is room.
     pub all: ProbeList,
     /// RG16F: mean and mean square of the distance that a probe sees (cells); one map that nobody
     /// reads where `has_moments` is false.
@@ -130,9 +144,13 @@ pub(super) fn places_buffer(gpu: &Gpu, places: &[Vec3]) -> Result<Arc<Buffer>, E
 }
 
 impl Volume {
-    /// Makes room for maps. Where probes stand is [`Volume::put`] next.
+    /// Makes room for the maps of all probes of a lattice. Where they stand is [`Volume::put`] next.
     pub fn new(gpu: &Gpu, lattice: Lattice, kept: &Kept) -> Result<Self, Error> {
-        let count = lattice.probe_count();
+        Volume::with_room(gpu, lattice, lattice.probe_count(), kept)
+    }
+
+    /// Makes room for the maps of `count` probes.
+    pub fn with_room(gpu: &Gpu, lattice: Lattice, count: u32, kept: &Kept) -> Result<Self, Error> {
         let columns = f64::from(count).sqrt().ceil() as u32;
         let layout = [columns, count.div_ceil(columns)];
         let layout_where = |is_read: bool| if is_read { layout } else { [1, 1] };
@@ -176,6 +194,14 @@ impl Volume {
     /// The farthest that a probe sees (cells).
     pub fn reach(&self) -> f32 {
         REACH_DIAGONALS * self.lattice.diagonal() / self.lattice.cell()
+    }
+
+    /// The same maps, looked up by another lattice.
+    pub(super) fn looked_up_by(&self, lattice: Lattice) -> Self {
+        Volume {
+            lattice,
+            ..self.clone()
+        }
     }
 
     /// Puts the probes at these places (m), where they were at those `before`, if they were at any.

@@ -1,0 +1,33 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// cascades.gather: irradiance and ambient visibility from the probes around each surface. A thread a
+// pixel.
+layout(local_size_x = 8, local_size_y = 8) in;
+
+#define LOOKUP_CONSTANT 0
+
+layout(set = 1, binding = 0) uniform texture2D view_depth;
+layout(set = 1, binding = 1) uniform utexture2D normals;
+layout(set = 1, binding = 2, rgba32f) uniform restrict writeonly image2D indirect_diffuse;
+
+#include "gi/probes/lookup_row.glsl"
+
+layout(push_constant) uniform LevelParams {
+    uint level_count;
+} params;
+
+#include "shared/receiver.glsl"
+#define LOOKUP_BINDING 3
+#include "gi/probes/cascades/lookup.glsl"
+
+void main() {
+    ivec2 texel = ivec2(gl_GlobalInvocationID.xy);
+    if (!is_gathered(texel)) return;
+    Surface surface;
+    bool is_there = read_receiver(texel, surface);
+    vec4 light = vec4(0.0);
+    if (is_there)
+        light = light_of_levels(
+            surface.position_ws, surface.geometric_normal, surface.shading_normal);
+    imageStore(indirect_diffuse, texel, light);
+}

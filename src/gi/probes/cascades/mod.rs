@@ -1,0 +1,438 @@
+//! Technique `probe-cascades`: nested lattices of probes around the camera, of which those are kept
+//! that some surface looks up, and a stated number is traced and lit in a frame (Majercik et al.
+//! 2021, section 6; Godot's HDDAGI).
+
+pub mod layout;
+pub mod need;
+pub mod passes;
+pub mod place;
+pub mod pool;
+mod settings;
+mod store;
+
+use std::sync::Arc;
+
+use glam::Vec4;
+
+use super::lookup::{Lookup, Visibility};
+use super::passes::{BLEND, BLEND_SH, LIGHT, MOMENTS, MOMENTS_POWER, STRUCTS, SURFACES, TRACE};
+use super::rays::{MomentFilter, Moved};
+use super::settings::{KEPT_SETTINGS, LOOKUP_SETTINGS};
+use super::view::{self, LEVEL_VIEWS};
+use super::volume::{Irradiance, Kept, Maps};
+use crate::gi::entry::{Entry, Stage};
+use crate::gi::inspect::ViewRow;
+use crate::gi::shared::bounces::LightBounces;
+use crate::gi::shared::paths::{self, PathScene};
+use crate::gi::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
+use crate::graph::compute::linear_groups;
+use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
+use crate::render::{GBuffer, GpuScene, Receivers, screen_groups};
+use crate::scene::union;
+use layout::{Layout, Window};
+use passes::{BOUNCE, GATHER, LevelBounceParams, LevelParams, LevelViewParams, NEED, PLACE, VIEW};
+use place::place;
+use pool::Key;
+use settings::{PRESETS, RULES, SETTINGS};
+use store::Store;
+
+/// The row of the registry.
+pub static ENTRY: Entry = Entry {
+    bounces: |settings| LightBounces::new(settings).count(),
+    settings: &[SETTINGS, KEPT_SETTINGS, LOOKUP_SETTINGS],
+    rules: &[RULES],
+    presets: PRESETS,
+    passes: &[&[
+        &NEED,
+        &PLACE,
+        &TRACE,
+        &SURFACES,
+        &MOMENTS,
+        &MOMENTS_POWER,
+        &LIGHT,
+        &BOUNCE,
+        &BLEND,
+        &BLEND_SH,
+        &GATHER,
+        &VIEW,
+    ]],
+    views: &[&LEVEL_VIEWS],
+    structs: &[paths::STRUCTS, STRUCTS],
+    stages: &[
+        &Stage::store("hierarchy", paths::HOST_PASSES),
+        &Stage::store("placement", &["cascades.need", "cascades.place"]),
+        &Stage::store(
+            "tracing",
+            &[
+                "probes.trace",
+                "probes.surfaces",
+                "probes.moments",
+                "probes.moments_power",
+            ],
+        ),
+        &Stage::store(
+            "lighting",
+            &["probes.light", "probes.blend", "probes.blend_sh"],
+        ),
+        &Stage::store("bounces", &["cascades.bounce"]),
+        &Stage::picture("gather", &["cascades.gather"]),
+    ],
+    ..Entry::new(
+        "probe-cascades",
+        "nested lattices of probes around the camera, as many as surfaces need",
+        make,
+    )
+};
+
+fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
+    let bounces = LightBounces::new(settings);
+    Ok(Box::new(ProbeCascades {
+        layout: Layout::new(
+            context.scene.lit_bounds(),
+            settings.count("probes"),
+            settings.count("levels"),
+            settings.number("spacing"),
+        ),
+        surface_distance: settings.number("surface_distance"),
+        per_frame: settings.count("probes_per_frame"),
+        rays: settings.count("rays"),
+        moment_filter: MomentFilter::new(settings),
+        kept: Kept {
+            irradiance: Irradiance::new(settings),
+            moment_texels: Some(settings.count("moment_texels")),
+            has_gradients: false,
+            bounces: 1 + u32::from(bounces.any()),
+        },
+        bounces,
+        uses_maps: settings.is("hit_light", "maps"),
+        lookup: Lookup {
+            visibility: Visibility::Moments,
+            normal_bias: settings.number("normal_bias"),
+            weight_floor: settings.number("weight_floor"),
+            crush: settings.number("crush"),
+            rings: 2,
+        },
+        built: None,
+    }))
+}
+
+struct ProbeCascades {
+    layout: Layout,
+    /// How far off surfaces probes are moved (spacings).
+    surface_distance: f32,
+    /// Probes that a frame traces or lights; 0: all.
+    per_frame: u32,
+    rays: u32,
+    moment_filter: MomentFilter,
+    kept: Kept,
+    bounces: LightBounces,
+    uses_maps: bool,
+    lookup: Lookup,
+    built: Option<Built>,
+}
+
+struct Built {
+    scene: PathScene,
+    store: Store,
+    windows: Vec<Window>,
+    /// Where models that move are (m).
+    models: Option<Moved>,
+    /// The box in which models have moved since the last frame (m).
+    moved: Option<Moved>,
+    work: Work,
+}
+
+/// What a frame does: numbers of probes, one after the other in the list.
+#[derive(Default)]
+struct Work {
+    /// Those that are placed, traced and lit for the first time.
+    new: u32,
+    /// Those of them that each level has.
+    new_of_level: Vec<u32>,
+    /// Those that are lit again.
+    again: u32,
+    /// Of each level, those that keep what they see, but where something has moved.
+    kept_of_level: Vec<u32>,
+    moved: Option<Moved>,
+    /// How often light is fed back.
+    rounds: u32,
+}
+
+/// How many of these each level has, coarsest first.
+fn by_level(probes: &[(Key, u32)], levels: u32) -> Vec<u32> {
+    let mut counts = vec![0; levels as usize];
+    for (key, _) in probes {
+        counts[(levels - 1 - key.level(levels)) as usize] += 1;
+    }
+    counts
+}
+
+impl ProbeCascades {
+    /// Holds the probes that surfaces need around a camera at `eye` (m), in a new store where there
+    /// is no room for them.
+    fn hold(
+        &self,
+        &Context {
+            gpu, scene, eye, ..
+        }: &Context<'_>,
+        store: Option<Store>,
+    ) -> Result<(Store, Vec<Window>, FrameStats), Error> {
+        let windows = self.layout.windows(eye);
+        let (needed, stats) = need::needed(gpu, scene, &windows, self.lookup.normal_bias)?;
+        let kept = store.and_then(|mut store| store.pool.hold(&needed).is_ok().then_some(store));
+        let mut store = match kept {
+            Some(store) => store,
+            None => {
+                let mut store =
+                    Store::new(gpu, (&self.kept, self.rays), &windows, needed.len() as u32)?;
+                // There is room for all.
+                let _ = store.pool.hold(&needed);
+                store
+            }
+        };
+        store.look_up_by(gpu, &self.lookup, &windows)?;
+        Ok((store, windows, stats))
+    }
+
+    /// The maps that have all light.
+    fn maps<'s>(&self, store: &'s Store) -> &'s Maps {
+        store.volume().lit(self.kept.bounces)
+    }
+
+    /// Decides what the next frame does. `has_moved`: probes have come or gone.
+    fn advance(&self, gpu: &Gpu, built: &mut Built, has_moved: bool) -> Result<(), Error> {
+        let Built { store, windows, .. } = built;
+        let levels = windows.len() as u32;
+        let kept: Vec<(Key, u32)> = match built.moved {
+            Some(_) => store.pool.lit().collect(),
+            None => Vec::new(),
+        };
+        let most = if store.is_dark { 0 } else { self.per_frame };
+        let turn = store.pool.advance(most);
+        let all = || [&turn.new, &turn.again, &kept].into_iter().flatten();
+        let rows: Vec<[u32; 2]> = all().map(|(key, slot)| [*slot, key.seed()]).collect();
+        store.list.put(gpu, &rows)?;
+        let home = |(key, _): &(Key, u32)| windows[key.level(levels) as usize].home(key.at());
+        let homes: Vec<Vec4> = all().map(home).collect();
+        gpu.upload_buffer(&store.homes, bytemuck::cast_slice(&homes))?;
+        if !turn.new.is_empty() || has_moved {
+            store.publish(gpu, windows)?;
+        }
+        built.work = Work {
+            new: turn.new.len() as u32,
+            new_of_level: by_level(&turn.new, levels),
+            again: turn.again.len() as u32,
+            kept_of_level: by_level(&kept, levels),
+            moved: built.moved.take(),
+            rounds: match (self.bounces.any(), store.is_dark) {
+                (false, _) => 0,
+                (true, false) => 1,
+                (true, true) => self.bounces.frames_to_rest().max(2) - 1,
+            },
+        };
+        store.is_dark = false;
+        Ok(())
+    }
+
+    /// Adds the passes that put new probes where they stand, and find out what they see.
+    fn find_out(&self, frame: &mut Frame, scene: &GpuScene, built: &Built) {
+        let Built {
+            store,
+            work,
+            scene: paths,
+            ..
+        } = built;
+        let buffers = [&store.homes, &store.volume().places];
+        let first_kept = work.new + work.again;
+        let parts = [
+            (0, &work.new_of_level, None),
+            (first_kept, &work.kept_of_level, work.moved),
+        ];
+        for (first, counts, moved) in parts {
+            let all = store.list.part(first, counts.iter().sum());
+            let how = (self.surface_distance, moved);
+            place(frame, &paths.rays, &store.rays, all, buffers, how);
+            for (volume, part) in store.of_levels(first, counts) {
+                (store.rays).trace(frame, (scene, paths), volume, part, moved);
+                let of = (volume, part);
+                (store.rays).moments(frame, &paths.rays, of, self.moment_filter, moved);
+            }
+        }
+    }
+
+    /// Adds the passes that light probes, new ones and others.
+    fn light(&self, frame: &mut Frame, given: &Inputs<'_>, built: &Built) {
+        let Built {
+            store,
+            work,
+            scene: paths,
+            ..
+        } = built;
+        let (rays, volume) = (&store.rays, store.volume());
+        let lit = store.list.part(0, work.new + work.again);
+        let (first, all) = (volume.lit(1), self.maps(store));
+        for part in rays.parts(lit) {
+            rays.straight(frame, given, paths, (volume, part), self.uses_maps);
+            rays.blend(frame, volume, part, [first, first], (false, 0.0));
+            // What others see of new probes is never what was in their place before.
+            let new = work.new.saturating_sub(part.first).min(part.count);
+            if self.bounces.any() && new > 0 {
+                let new = store.list.part(part.first, new);
+                rays.blend(frame, volume, new, [first, all], (false, 0.0));
+            }
+        }
+        let fed_back = match self.bounces {
+            LightBounces::Count(_) => first,
+            LightBounces::Feedback => all,
+        };
+        for part in (0..work.rounds).flat_map(|_| rays.parts(lit)) {
+            let pass = paths.bind(part.bind(frame.pass(&BOUNCE)), given, false);
+            rays.bind(store.bind(pass, &self.lookup, fed_back))
+                .push(&LevelBounceParams {
+                    level_count: store.levels.len() as u32,
+                    ray_count: self.rays,
+                    first_probe: part.first,
+                    all: part.count * self.rays,
+                })
+                .dispatch(linear_groups(part.count * self.rays));
+            rays.blend(frame, volume, part, [first, all], (true, 0.0));
+        }
+    }
+}
+
+impl Technique for ProbeCascades {
+    fn needs(&self) -> Needs {
+        Needs {
+            maps: if self.uses_maps {
+                MapNeeds::Shadows
+            } else {
+                MapNeeds::Direct
+            },
+            motion: false,
+        }
+    }
+
+    fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
+        self.built = None;
+        let &Context { gpu, scene, .. } = context;
+        let (own, mut stats) = PathScene::build(gpu, scene)?;
+        let (store, windows, held) = self.hold(context, None)?;
+        stats.append(held);
+        self.built = Some(Built {
+            scene: own,
+            store,
+            windows,
+            models: scene.dynamic.as_ref().map(|dynamic| dynamic.bounds),
+            moved: None,
+            work: Work::default(),
+        });
+        Ok(stats)
+    }
+
+    fn follow(&mut self, context: &Context<'_>, change: Change) -> Result<FrameStats, Error> {
+        let Some(mut built) = self.built.take() else {
+            return self.build(context);
+        };
+        let &Context {
+            gpu, scene, eye, ..
+        } = context;
+        let mut stats = FrameStats::default();
+        if change == Change::Models {
+            stats.append(built.scene.follow(gpu, scene)?);
+            let models = scene.dynamic.as_ref().map(|dynamic| dynamic.bounds);
+            let before = std::mem::replace(&mut built.models, models);
+            let boxes = [before, models, built.moved].into_iter().flatten();
+            built.moved = boxes.reduce(union);
+        }
+        if change == Change::Camera {
+            let has_moved = built.moved.is_some() || self.layout.windows(eye) != built.windows;
+            if has_moved {
+                let (store, windows, held) = self.hold(context, Some(built.store))?;
+                stats.append(held);
+                (built.store, built.windows) = (store, windows);
+            }
+            self.advance(gpu, &mut built, has_moved)?;
+        }
+        self.built = Some(built);
+        Ok(stats)
+    }
+
+    fn update(&mut self, frame: &mut Frame, given: &Inputs<'_>) {
+        let Some(built) = &self.built else { return };
+        self.find_out(frame, given.scene, built);
+        self.light(frame, given, built);
+    }
+
+    fn gather(&mut self, frame: &mut Frame, _given: &Inputs<'_>, receivers: &Receivers<'_>) {
+        let Some(Built { store, .. }) = &self.built else {
+            return;
+        };
+        let maps = self.maps(store);
+        let pass = frame
+            .pass(&GATHER)
+            .bind("view_depth", receivers.view_depth)
+            .bind("normals", receivers.normals)
+            .bind("indirect_diffuse", receivers.light);
+        store
+            .bind(pass, &self.lookup, maps)
+            .push(&LevelParams {
+                level_count: store.levels.len() as u32,
+            })
+            .dispatch(receivers.groups());
+    }
+}
+
+impl Inspect for ProbeCascades {
+    fn counts(&self, _gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
+        let Some(built) = &self.built else {
+            return Ok(Vec::new());
+        };
+        let mut counts = built.scene.counts();
+        counts.push(("probes", built.store.pool.held().into()));
+        counts.push(("probe_room", built.store.capacity.into()));
+        Ok(counts)
+    }
+
+    fn cell_size(&self) -> Option<f32> {
+        Some(self.layout.finest)
+    }
+
+    fn levels(&self, view: &ViewRow) -> u32 {
+        if LEVEL_VIEWS.contains(view) {
+            self.layout.levels
+        } else {
+            0
+        }
+    }
+
+    fn draw_view(
+        &self,
+        frame: &mut Frame,
+        (view, level): (&ViewRow, u32),
+        gbuffer: &GBuffer,
+        seen: &Arc<Image>,
+    ) {
+        let Some(Built { store, .. }) = &self.built else {
+            return;
+        };
+        let Some(volume) = store.levels.get(level as usize) else {
+            return;
+        };
+        let [width, height, _] = seen.extent(0);
+        let pass = frame
+            .pass(&VIEW)
+            .bind("view_depth", &gbuffer.view_depth)
+            .bind("normals", &gbuffer.normals)
+            .bind("seen", seen);
+        store
+            .bind(pass, &self.lookup, self.maps(store))
+            .push(&LevelViewParams {
+                radius_m: view::RADIUS * volume.lattice.cell(),
+                reach: volume.reach(),
+                view: view::index_of(view),
+                level,
+                level_count: store.levels.len() as u32,
+            })
+            .dispatch(screen_groups([width, height]));
+    }
+}

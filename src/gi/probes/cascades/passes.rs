@@ -1,0 +1,171 @@
+//! The passes, and what they are told.
+
+use crate::gi::probes::list::LIST_BINDING;
+use crate::gi::probes::lookup::{LOOKUP_BINDINGS, LOOKUP_CONSTANTS};
+use crate::gi::probes::passes::RAYS;
+use crate::gi::shared::paths;
+use crate::gpu_struct;
+use crate::graph::pass::join;
+use crate::graph::{Access, Binding, Pass, Sets, Shaders};
+use crate::render::bvh;
+use crate::shader::GpuStruct;
+
+gpu_struct! {
+    /// Parameters of `cascades.need`.
+    pub struct NeedParams {
+        /// xyz: place of the level's first probe (m); w: spacing (m).
+        pub first: [f32; 4],
+        /// xyz: probes along each axis.
+        pub counts: [u32; 4],
+        /// Triangles of the scene.
+        pub triangle_count: u32,
+        /// First bit of the level.
+        pub first_bit: u32,
+        /// How far from a probe places look it up (spacings).
+        pub reach: f32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `cascades.place`.
+    pub struct PlaceParams {
+        /// xyz: smallest corner of the box in which something has moved (m).
+        pub low: [f32; 4],
+        /// xyz: its largest corner (m).
+        pub high: [f32; 4],
+        /// Rays of a probe.
+        pub ray_count: u32,
+        /// First of the list.
+        pub first_probe: u32,
+        /// Number of those from there on.
+        pub probe_count: u32,
+        /// That they keep from surfaces (spacings).
+        pub distance: f32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `cascades.gather`.
+    pub struct LevelParams {
+        /// Number of levels.
+        pub level_count: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `cascades.bounce`.
+    pub struct LevelBounceParams {
+        /// Number of levels.
+        pub level_count: u32,
+        /// Rays of a probe.
+        pub ray_count: u32,
+        /// First of the list.
+        pub first_probe: u32,
+        /// Rays of those from there on.
+        pub all: u32,
+    }
+}
+
+/// Which probes of a level some place of a triangle looks up. Writes a bit a probe; a thread a
+/// triangle.
+pub static NEED: Pass = Pass {
+    name: "cascades.need",
+    shaders: Shaders::Compute("gi/probes/cascades/need.comp"),
+    bindings: &[Binding::buffer("needed_probes", Access::ComputeReadWrite)],
+    constants: &[],
+    params: Some(NeedParams::LAYOUT),
+    sets: Sets::Scene,
+};
+
+/// Puts probes away from what is too near. Writes places; a workgroup a probe.
+pub static PLACE: Pass = Pass {
+    name: "cascades.place",
+    shaders: Shaders::Compute("gi/probes/cascades/place.comp"),
+    bindings: &join::<_, 5, 4, 9>(
+        bvh::BINDINGS,
+        [
+            Binding::buffer("probe_places", Access::ComputeReadWrite),
+            Binding::sampled("ray_set", Access::ComputeSampled),
+            LIST_BINDING,
+            Binding::buffer("probe_homes", Access::ComputeRead),
+        ],
+    ),
+    constants: &join::<_, 3, 1, 4>(bvh::CONSTANTS, ["KEEPS"]),
+    params: Some(PlaceParams::LAYOUT),
+    sets: Sets::Scene,
+};
+
+/// What each ray brings of the light that probes have. Reads hits and maps, writes RGBA32F; a
+/// thread a ray.
+pub static BOUNCE: Pass = Pass {
+    name: "cascades.bounce",
+    shaders: Shaders::Compute("gi/probes/cascades/bounce.comp"),
+    bindings: &join::<_, 19, 1, 20>(
+        join::<_, 12, 7, 19>(join::<_, 9, 3, 12>(paths::BINDINGS, RAYS), LEVEL_BINDINGS),
+        [LIST_BINDING],
+    ),
+    constants: &join::<_, 6, 6, 12>(paths::CONSTANTS, LOOKUP_CONSTANTS),
+    params: Some(LevelBounceParams::LAYOUT),
+    sets: Sets::Scene,
+};
+
+/// Irradiance and ambient visibility of surfaces. Reads the G-buffer and maps, writes RGBA32F; a
+/// thread a pixel.
+pub static GATHER: Pass = Pass {
+    name: "cascades.gather",
+    shaders: Shaders::Compute("gi/probes/cascades/gather.comp"),
+    bindings: &join::<_, 3, 7, 10>(
+        [
+            Binding::sampled("view_depth", Access::ComputeSampled),
+            Binding::sampled("normals", Access::ComputeSampled),
+            Binding::image("indirect_diffuse", Access::ComputeWrite),
+        ],
+        LEVEL_BINDINGS,
+    ),
+    constants: &LOOKUP_CONSTANTS,
+    params: Some(LevelParams::LAYOUT),
+    sets: Sets::Scene,
+};
+
+gpu_struct! {
+    /// Parameters of `cascades.view`.
+    pub struct LevelViewParams {
+        /// Radius of a sphere (m).
+        pub radius_m: f32,
+        /// The farthest that a probe sees (cells).
+        pub reach: f32,
+        /// Which of the views.
+        pub view: u32,
+        /// Of which level.
+        pub level: u32,
+        /// Number of levels.
+        pub level_count: u32,
+    }
+}
+
+/// Probes of a level as spheres in front of surfaces. Reads the G-buffer and maps, writes RGBA32F;
+/// a thread a pixel.
+pub static VIEW: Pass = Pass {
+    name: "cascades.view",
+    shaders: Shaders::Compute("gi/probes/cascades/view.comp"),
+    bindings: &join::<_, 3, 7, 10>(
+        [
+            Binding::sampled("view_depth", Access::ComputeSampled),
+            Binding::sampled("normals", Access::ComputeSampled),
+            Binding::image("seen", Access::ComputeWrite),
+        ],
+        LEVEL_BINDINGS,
+    ),
+    constants: &LOOKUP_CONSTANTS,
+    params: Some(LevelViewParams::LAYOUT),
+    sets: Sets::Scene,
+};
+
+/// What a pass binds that looks probes of all levels up (`gi/probes/cascades/lookup.glsl`).
+const LEVEL_BINDINGS: [Binding; 7] = join::<_, 5, 2, 7>(
+    LOOKUP_BINDINGS,
+    [
+        Binding::buffer("probe_table", Access::ComputeRead),
+        Binding::buffer("lookup_rows", Access::ComputeRead),
+    ],
+);
