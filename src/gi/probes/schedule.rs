@@ -170,8 +170,8 @@ pub(super) fn check(settings: &Settings) -> Result<(), SettingError> {
     let bounces = LightBounces::new(settings).count().unwrap_or(2);
     if bounces > 2 && Schedule::new(settings).is_gradual() {
         return Err(SettingError::Together(format!(
-            "bounces={bounces}: with probes_per_frame or hysteresis a probe does not have the light \
-             of every bounce at a time; give bounces=feedback, 1 or 2"
+            "bounces={bounces}: with probes_per_frame or hysteresis a probe does not have the \
+             light of every bounce at a time; give bounces=feedback, 1 or 2"
         )));
     }
     Ok(())
