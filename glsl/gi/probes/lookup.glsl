@@ -1,7 +1,7 @@
 // The light of a surface from the probes around it (Majercik et al. 2019; docs/gi/probes.md). The
 // including pass declares `params` with a LookupRow `lookup`, or another one as LOOKUP; and
-// LOOKUP_BINDING and LOOKUP_CONSTANT; one that can trace rays also TRACES. With SPARSE not all probes
-// are there, and it has a `probe_at` of its own.
+// LOOKUP_BINDING and LOOKUP_CONSTANT; one that can trace rays also TRACES. With SPARSE not all
+// probes are there, and it has a `probe_at` of its own.
 #ifndef LUMIVOX_PROBES_LOOKUP
 #define LUMIVOX_PROBES_LOOKUP
 

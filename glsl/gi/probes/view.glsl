@@ -1,5 +1,5 @@
-// Probes of a lattice as spheres as the camera sees them, in front of surfaces by what they look up.
-// A pixel's ray goes through the lattice from cell to cell (Amanatides & Woo 1987). The including
+// Probes of a lattice as spheres as the camera sees them, in front of surfaces by what they look
+// up. A pixel's ray goes through the lattice from cell to cell (Amanatides & Woo 1987). The including
 // pass declares `params` with `radius_m` and `view`, view_depth, normals, how probes are looked up,
 // `looked_up` and `shown_of_probe`.
 #ifndef LUMIVOX_PROBES_VIEW
@@ -73,7 +73,8 @@ vec4 shown_of_surface(Surface surface) {
         seen_weights += share * crushed(sight.x * sight.y);
     }
     bool is_orphan = seen_weights < LEAST_SEEN;
-    return is_orphan ? vec4(1.0, 0.0, 0.0, 0.0) : vec4(vec3(seen_weights / max(all_weights, 1e-30)), 1.0);
+    if (is_orphan) return vec4(1.0, 0.0, 0.0, 0.0);
+    return vec4(vec3(seen_weights / all_weights), 1.0);
 }
 
 // What a pixel shows, but for images of maps.

@@ -65,8 +65,8 @@ const PROBES: ViewRow = row(
     "probes",
     "W/m²",
     Scale::Light,
-    "probes as spheres, by the irradiance of a surface that faces as the sphere does; surfaces by the \
-     irradiance that they look up",
+    "probes as spheres, by the irradiance of a surface that faces as the sphere does; surfaces by \
+     the irradiance that they look up",
 );
 
 const DISTANCES: ViewRow = row(

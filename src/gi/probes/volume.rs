@@ -144,7 +144,7 @@ pub(super) fn places_buffer(gpu: &Gpu, places: &[Vec3]) -> Result<Arc<Buffer>, E
 }
 
 impl Volume {
-    /// Makes room for the maps of all probes of a lattice. Where they stand is [`Volume::put`] next.
+    /// Makes room for the maps of all probes of a lattice. [`Volume::put`] is next.
     pub fn new(gpu: &Gpu, lattice: Lattice, kept: &Kept) -> Result<Self, Error> {
         Volume::with_room(gpu, lattice, lattice.probe_count(), kept)
     }

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// cascades.gather: irradiance and ambient visibility from the probes around each surface. A thread a
-// pixel.
+// cascades.gather: irradiance and ambient visibility from the probes around each surface. A thread
+// a pixel.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 #define LOOKUP_CONSTANT 0

@@ -1,6 +1,6 @@
 // The light of a surface from nested lattices of probes: of the finest that is around it and has
-// probes that it sees. The including pass declares `params` with a `level_count`, LOOKUP_BINDING and
-// LOOKUP_CONSTANT.
+// probes that it sees (docs/gi/probe_cascades.md). The including pass declares `params` with a
+// `level_count`, LOOKUP_BINDING and LOOKUP_CONSTANT.
 #ifndef LUMIVOX_PROBES_CASCADES_LOOKUP
 #define LUMIVOX_PROBES_CASCADES_LOOKUP
 
