@@ -1,7 +1,7 @@
 // Probes of a lattice as spheres as the camera sees them, in front of surfaces by what they look
-// up. A pixel's ray goes through the lattice from cell to cell (Amanatides & Woo 1987). The including
-// pass declares `params` with `radius_m` and `view`, view_depth, normals, how probes are looked up,
-// `looked_up` and `shown_of_probe`.
+// up. A pixel's ray goes through the lattice from cell to cell (Amanatides & Woo 1987). The
+// including pass declares `params` with `radius_m` and `view`, view_depth, normals, how probes are
+// looked up, `looked_up` and `shown_of_probe`.
 #ifndef LUMIVOX_PROBES_VIEW
 #define LUMIVOX_PROBES_VIEW
 
