@@ -260,6 +260,25 @@ fn light_through_a_door_is_late_where_it_is_kept() {
     assert!(kept[0] > 4.0 && kept[1] > kept[0], "{kept:?}");
 }
 
+/// Probes that nobody keeps out bring light through a wall wherever it stands; others do not, and
+/// the side that surfaces face decides nothing.
+#[test]
+fn walls_and_sides_are_nothing_to_probes_that_are_kept_out() {
+    let gpu = gpu();
+    let of = |name: &str, visibility: &str, severity: f64| {
+        let pairs = ["probes=6", "rays=64", visibility];
+        let case = case("irradiance-probes", "default", &pairs);
+        let record = record(&gpu, stress(name), &case, severity);
+        println!("{name}, {visibility}: {:?}", record.figures);
+        record.figures[0].value.unwrap()
+    };
+    let kept_out = of("wall_shift", "visibility=moments", 0.02);
+    let all = of("wall_shift", "visibility=none", 0.02);
+    assert!(kept_out < 0.01 && all > 0.05, "{kept_out}, {all}");
+    let flipped = of("flipped_normals", "visibility=moments", 0.5);
+    assert!(flipped < 0.01, "{flipped}");
+}
+
 /// Nothing of a fence's light stays on the wall behind it, however noisy it is; planted: where the
 /// fence counts as part of the wall, it does.
 #[test]

@@ -35,6 +35,7 @@ use crate::scene::SceneError;
 /// All failure modes.
 pub static CASES: &[&StressCase] = &[
     &thin_walls::CASE,
+    &thin_walls::WALL_SHIFT,
     &stability::TRANSLATION,
     &stability::ROTATION,
     &motion::CAMERA_PAN,
@@ -47,6 +48,7 @@ pub static CASES: &[&StressCase] = &[
     &fence::GHOST,
     &fence::THIN_BARS,
     &stability::REPEAT_RUNS,
+    &stability::FLIPPED_NORMALS,
     &detail::NARROW_GAP,
     &detail::DISTANT_GAP,
     &detail::SMALL_EMITTER,

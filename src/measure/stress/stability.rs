@@ -4,7 +4,7 @@
 use glam::Vec3;
 
 use super::scenes::{anchored, bounds, extent_m, placed};
-use super::{Change, Figure, OWN, StressCase, StressError, Trial};
+use super::{Change, Figure, OWN, StressCase, StressError, Ticks, Trial};
 use crate::image::Image;
 use crate::metrics::stability::{rotation_spread, run_spread, translation_spread};
 use crate::scene::Scene;
@@ -90,6 +90,52 @@ pub(super) static REPEAT_RUNS: StressCase = StressCase {
     ..OWN
 };
 
+pub(super) static FLIPPED_NORMALS: StressCase = StressCase {
+    name: "flipped_normals",
+    help: "surfaces face the other way: triangles and their normals are turned round, and all \
+           surfaces have two sides; the picture has to stay",
+    source: "Majercik et al. 2021: probes that see the backs of surfaces are taken for dead",
+    severity: "surfaces that face the other way [share]",
+    ticks: Ticks::Linear,
+    severities: &[0.25, 0.5, 1.0],
+    quick: &[0.5],
+    figures: &[Figure {
+        name: "flip_spread",
+        pass: 0.01,
+        warn: 0.1,
+    }],
+    any_scene: true,
+    measure: |trial, share| {
+        let base = trial.base()?;
+        let pictures = [
+            trial.indirect(&base)?,
+            trial.indirect(&flipped(&base, share))?,
+        ];
+        Ok(vec![run_spread(&pictures)?])
+    },
+    ..OWN
+};
+
+/// The scene with so large a share of its triangles turned round, each with corners of its own.
+fn flipped(scene: &Scene, share: f64) -> Scene {
+    let mut scene = scene.clone();
+    for (index, triangle) in (0u32..).zip(&mut scene.triangles) {
+        // Spread evenly, in pairs: most rectangles are two triangles.
+        let spread = f64::from((index / 2).wrapping_mul(0x9e37_79b9)) / f64::from(u32::MAX);
+        if spread > share {
+            continue;
+        }
+        triangle.vertices = triangle.vertices.map(|vertex| {
+            let mut turned = scene.vertices[vertex as usize];
+            turned.normal = turned.normal.map(|part| -part);
+            scene.vertices.push(turned);
+            scene.vertices.len() as u32 - 1
+        });
+        triangle.vertices.swap(1, 2);
+    }
+    scene
+}
+
 const RUNS: usize = 4;
 
 /// The scene in a grid that is so much larger.
@@ -124,4 +170,35 @@ fn pictures(
         ))
     };
     (0..trial.effort.steps).map(picture).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Triangles are where they were, and their normals point to the other side.
+    #[test]
+    fn flipped_triangles_face_the_other_way() -> Result<(), Box<dyn std::error::Error>> {
+        let scene = Scene::bundled("cornell", &[])?;
+        for share in [0.0, 0.5, 1.0] {
+            let turned = flipped(&scene, share);
+            let mut count = 0;
+            for (before, after) in scene.triangles.iter().zip(&turned.triangles) {
+                let normals = [(&scene, before), (&turned, after)].map(|(scene, triangle)| {
+                    let corner = |at: usize| scene.vertices[triangle.vertices[at] as usize];
+                    let [a, b, c] = [0, 1, 2].map(|at| Vec3::from(corner(at).position));
+                    let middle = (a + b + c) / 3.0;
+                    ((b - a).cross(c - a), Vec3::from(corner(0).normal), middle)
+                });
+                let [before, after] = normals;
+                assert!(before.2.distance(after.2) < 1e-6);
+                let sides = [before.0.dot(after.0), before.1.dot(after.1)];
+                assert_eq!(sides[0] < 0.0, sides[1] < 0.0);
+                count += u32::from(sides[0] < 0.0);
+            }
+            let found = f64::from(count) / scene.triangles.len() as f64;
+            assert!((found - share).abs() < 0.15, "{found} of {share}");
+        }
+        Ok(())
+    }
 }

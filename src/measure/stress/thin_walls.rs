@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::scenes::cell_share;
-use super::{Change, Figure, OWN, StressCase, StressError, Trial};
+use super::{Change, Figure, OWN, StressCase, StressError, Ticks, Trial};
 use crate::frame::Renderer;
 use crate::image::{Aov, Image};
 use crate::metrics::stability::leak;
@@ -125,6 +125,46 @@ pub(super) static CASE: StressCase = StressCase {
     ..OWN
 };
 
+/// The row of the list.
+pub(super) static WALL_SHIFT: StressCase = StressCase {
+    name: "wall_shift",
+    help: "light leaks through a closed wall that stands at 16 places along a quarter of a room: \
+           next to what the technique keeps, and in it; the worst counts",
+    source: "Majercik et al. 2019: probes near and in walls; Kahl 2019, section 6.3.1",
+    severity: "wall [m]",
+    ticks: Ticks::Decades,
+    severities: &[0.2, 0.02, 0.002],
+    quick: &[0.02],
+    figures: &[Figure {
+        name: "leak",
+        pass: 0.03,
+        warn: 0.1,
+    }],
+    changes: &[Change {
+        name: "visibility",
+        values: &[],
+        needs: None,
+    }],
+    measure: |trial, wall_m| {
+        let steps = 0..trial.effort.steps;
+        let shift_m = |step: u32| f64::from(step) / f64::from(trial.effort.steps);
+        let scenes = steps.map(|step| {
+            let parameters = [
+                ("thickness_m", wall_m),
+                ("lit_length_m", 4.0 + shift_m(step)),
+            ];
+            let named = parameters.map(|(name, value)| (name.to_owned(), value));
+            Ok(Scene::bundled("two-rooms", &named)?)
+        });
+        let scenes: Vec<Scene> = scenes.collect::<Result<_, StressError>>()?;
+        // One reference says what is dark, and how bright the lit room is.
+        let leaks = scenes.iter().map(|scene| leak_of(trial, scene, &scenes[0]));
+        let leaks: Vec<f64> = leaks.collect::<Result<_, StressError>>()?;
+        Ok(vec![leaks.into_iter().fold(0.0, f64::max)])
+    },
+    ..OWN
+};
+
 const RAYS: Option<(&str, &str)> = Some(("gather", "rays"));
 const CONES: Option<(&str, &str)> = Some(("gather", "cones"));
 
@@ -134,9 +174,10 @@ const CONES: Option<(&str, &str)> = Some(("gather", "cones"));
 const PLACES: [(f64, f64); 3] = [(0.0, 0.0), (0.4, 0.0), (0.0, 27.0)];
 
 fn measure(trial: &Trial<'_>, wall_voxels: f64) -> Result<Vec<f64>, StressError> {
-    let leaks = PLACES
-        .iter()
-        .map(|place| leak_of(trial, &two_rooms(trial.resolution(), wall_voxels, *place)?));
+    let leaks = PLACES.iter().map(|place| {
+        let scene = two_rooms(trial.resolution(), wall_voxels, *place)?;
+        leak_of(trial, &scene, &scene)
+    });
     leaks
         .collect::<Result<Vec<f64>, StressError>>()
         .map(|leaks| vec![leaks.into_iter().fold(0.0, f64::max)])
@@ -173,7 +214,8 @@ fn two_rooms(
     )?)
 }
 
-fn leak_of(trial: &Trial<'_>, scene: &Scene) -> Result<f64, StressError> {
+/// Light in the dark room of a scene over that in the lit one, which is as bright as in `expected`.
+fn leak_of(trial: &Trial<'_>, scene: &Scene, expected: &Scene) -> Result<f64, StressError> {
     let dark = scene.camera;
     // Half a turn about the vertical through the wall's middle is the other room.
     let opposite = |point: Vec3| point * Vec3::new(-1.0, 1.0, -1.0);
@@ -195,7 +237,7 @@ fn leak_of(trial: &Trial<'_>, scene: &Scene) -> Result<f64, StressError> {
                 .reference(
                     &Scene {
                         camera,
-                        ..scene.clone()
+                        ..expected.clone()
                     },
                     1,
                 )?
