@@ -1,11 +1,15 @@
 //! How surfaces look probes up, and the bounces that hits make of it, on the device against the
 //! oracle.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
 
 use glam::{DVec3, DVec4, UVec3, Vec3};
 use lumivox::gi::Inputs;
 use lumivox::gi::probes::Lattice;
+use lumivox::gi::probes::cascades::layout::Layout;
+use lumivox::gi::probes::cascades::pool::Key;
+use lumivox::gi::probes::cascades::store::Store;
 use lumivox::gi::probes::lookup::{Lookup, Visibility, gather};
 use lumivox::gi::probes::oracle::{self, Irradiance, Map, Place, Probe, Probes};
 use lumivox::gi::probes::rays::ProbeRays;
@@ -95,6 +99,7 @@ fn harmonics_are_the_oracles() {
         let probes = Probes {
             lattice: &lattice,
             probe: &probe,
+            is_there: &|_| true,
             sees: &|_, _| true,
         };
         let found = view.results(&gpu);
@@ -253,6 +258,7 @@ fn lookups_are_the_oracles() {
             let probes = Probes {
                 lattice,
                 probe: &probe,
+                is_there: &|_| true,
                 sees: &sees,
             };
             for lookup in lookups() {
@@ -287,6 +293,98 @@ fn lookups_are_the_oracles() {
     }
 }
 
+/// Levels around an eye in the scene, with a share of their probes, each of random light.
+#[test]
+fn lookups_of_levels_are_the_oracles() {
+    let gpu = gpu();
+    let mut random = Random::new(43);
+    for scene in scenes() {
+        let on_gpu = GpuScene::new(&gpu, &scene).unwrap();
+        let view = View::new(&gpu, &on_gpu, &scene.camera, [40, 30], &METRES);
+        let (low, high) = on_gpu.bounds;
+        let windows = Layout::new((low, high), 5, 3, 0.0).windows(low.lerp(high, 0.6));
+        let count = windows.len() as u32;
+        let all = (0..).zip(&windows).flat_map(|(level, window)| {
+            let probes = 0..window.lattice.probe_count();
+            probes.map(move |probe| Key::new(level, count, window.at(probe)))
+        });
+        let all: Vec<Key> = all.collect();
+        for (sight, kept) in [(1.0, 1.0), (1.0, 0.7), (0.1, 0.9)] {
+            let needed: BTreeSet<Key> = all
+                .iter()
+                .filter(|_| f64::from(random.unit()) < kept)
+                .copied()
+                .collect();
+            let kept = Kept {
+                irradiance: volume::Irradiance::Octahedral(6),
+                moment_texels: Some(8),
+                has_gradients: true,
+                bounces: 1,
+            };
+            let most = needed.len() as u32;
+            let mut store = Store::new(&gpu, (&kept, 32), &windows, most).unwrap();
+            store.pool.hold(&needed).unwrap();
+            store.pool.advance(0);
+            store.look_up_by(&gpu, &LOOKUP, &windows).unwrap();
+            store.publish(&gpu, &windows).unwrap();
+            // Maps of all slots, in cells of a level; then places of those that are held.
+            let mut slots = store.levels[0].clone();
+            slots.lattice.counts = UVec3::new(store.capacity, 1, 1);
+            let mut maps = RandomMaps::new(&gpu, &slots, sight, &mut random);
+            let held: BTreeMap<Key, u32> = store.pool.lit().collect();
+            for (key, slot) in &held {
+                let home = windows[key.level(count) as usize].home(key.at());
+                let by = Vec3::from([(); 3].map(|()| random.unit() - 0.5));
+                maps.places[*slot as usize] = home.truncate() + 0.8 * home.w * by;
+            }
+            let rows = maps.places.iter().map(|place| place.extend(0.0).to_array());
+            let rows: Vec<[f32; 4]> = rows.collect();
+            gpu.upload_buffer(&slots.places, bytemuck::cast_slice(&rows))
+                .unwrap();
+            let mut frame = Frame::new();
+            frame.set_scene(&on_gpu.set, &on_gpu.materials);
+            store.gather(&mut frame, &view.all(&on_gpu), &LOOKUP, slots.lit(1));
+            gpu.submit(frame).unwrap();
+            let find = |level: u32, probe: u32| {
+                let at = windows[level as usize].at(probe);
+                held.get(&Key::new(level, count, at)).copied()
+            };
+            let is_there: Vec<_> = (0..count)
+                .map(|level| move |probe: u32| find(level, probe).is_some())
+                .collect();
+            let probe: Vec<_> = (0..count)
+                .map(|level| {
+                    let maps = &maps;
+                    move |probe: u32| maps.probe(find(level, probe).unwrap())
+                })
+                .collect();
+            let levels: Vec<(Probes<'_>, u32)> = (0..count as usize)
+                .map(|level| {
+                    let probes = Probes {
+                        lattice: &windows[level].lattice,
+                        probe: &probe[level],
+                        is_there: &is_there[level],
+                        sees: &|_, _| true,
+                    };
+                    (probes, windows[level].open)
+                })
+                .collect();
+            let (found, mut far) = (view.results(&gpu), 0);
+            for (found, (_, receiver)) in found.iter().zip(&view.receivers) {
+                let place = Place {
+                    position: receiver.position,
+                    geometric_normal: receiver.geometric_normal,
+                    shading_normal: receiver.shading_normal,
+                };
+                let expected = oracle::light_of_levels(&levels, &place, &LOOKUP);
+                far += usize::from((*found - expected).abs().largest() > 2e-2);
+            }
+            println!("{}, {sight}, {}: {far} off", scene.name, held.len());
+            assert!(far * 100 <= found.len(), "{far} of {} off", found.len());
+        }
+    }
+}
+
 /// One bounce: what hits reflect of random light.
 #[test]
 fn bounced_light_is_the_oracles() {
@@ -309,6 +407,7 @@ fn bounced_light_is_the_oracles() {
         let probes = Probes {
             lattice: &volume.lattice,
             probe: &probe,
+            is_there: &|_| true,
             sees: &|_, _| true,
         };
         let view = View::new(&gpu, on_gpu, &scene.camera, [8, 8], &METRES);

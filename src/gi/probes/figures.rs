@@ -124,6 +124,7 @@ pub fn figures(
     let probes = Probes {
         lattice: &volume.lattice,
         probe: &probe,
+        is_there: &|_| true,
         sees: &|_, _| true,
     };
     let eight = probes.around(&place, lookup);

@@ -8,7 +8,7 @@ pub mod passes;
 pub mod place;
 pub mod pool;
 mod settings;
-mod store;
+pub mod store;
 
 use std::sync::Arc;
 
@@ -30,7 +30,7 @@ use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
 use crate::render::{GBuffer, GpuScene, Receivers, screen_groups};
 use crate::scene::union;
 use layout::{Layout, Window};
-use passes::{BOUNCE, GATHER, LevelBounceParams, LevelParams, LevelViewParams, NEED, PLACE, VIEW};
+use passes::{BOUNCE, GATHER, LevelBounceParams, LevelViewParams, NEED, PLACE, VIEW};
 use place::place;
 use pool::Key;
 use settings::{PRESETS, RULES, SETTINGS};
@@ -367,18 +367,7 @@ impl Technique for ProbeCascades {
         let Some(Built { store, .. }) = &self.built else {
             return;
         };
-        let maps = self.maps(store);
-        let pass = frame
-            .pass(&GATHER)
-            .bind("view_depth", receivers.view_depth)
-            .bind("normals", receivers.normals)
-            .bind("indirect_diffuse", receivers.light);
-        store
-            .bind(pass, &self.lookup, maps)
-            .push(&LevelParams {
-                level_count: store.levels.len() as u32,
-            })
-            .dispatch(receivers.groups());
+        store.gather(frame, receivers, &self.lookup, self.maps(store));
     }
 }
 

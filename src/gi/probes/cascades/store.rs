@@ -3,20 +3,24 @@
 use std::sync::Arc;
 
 use super::layout::Window;
+use super::passes::{GATHER, LevelParams};
 use super::pool::Pool;
 use crate::gi::probes::list::{Listed, ProbeList};
 use crate::gi::probes::lookup::Lookup;
 use crate::gi::probes::passes::LookupRow;
 use crate::gi::probes::rays::ProbeRays;
 use crate::gi::probes::volume::{Kept, Maps, Volume, buffer};
-use crate::graph::{Buffer, Error, Gpu, PassBuilder};
+use crate::graph::{Buffer, Error, Frame, Gpu, PassBuilder};
+use crate::render::Receivers;
 
 /// The probes, with room for so many.
-pub(super) struct Store {
-    pub(super) pool: Pool,
-    pub(super) capacity: u32,
+pub struct Store {
+    /// Which they are.
+    pub pool: Pool,
+    /// So many.
+    pub capacity: u32,
     /// The maps, as each level looks them up.
-    pub(super) levels: Vec<Volume>,
+    pub levels: Vec<Volume>,
     pub(super) rays: ProbeRays,
     /// The probes of a frame's work, one after the other.
     pub(super) list: ProbeList,
@@ -37,7 +41,7 @@ fn room_for(needed: u32) -> u32 {
 
 impl Store {
     /// With room for what is needed, and a quarter more.
-    pub(super) fn new(
+    pub fn new(
         gpu: &Gpu,
         (kept, rays): (&Kept, u32),
         windows: &[Window],
@@ -63,12 +67,12 @@ impl Store {
     }
 
     /// Of the finest level, or of any: all have the same maps.
-    pub(super) fn volume(&self) -> &Volume {
+    pub fn volume(&self) -> &Volume {
         &self.levels[0]
     }
 
     /// Looks probes up by levels that are where these are.
-    pub(super) fn look_up_by(
+    pub fn look_up_by(
         &mut self,
         gpu: &Gpu,
         lookup: &Lookup,
@@ -90,7 +94,7 @@ impl Store {
     }
 
     /// Says where the probes are that have their light.
-    pub(super) fn publish(&self, gpu: &Gpu, windows: &[Window]) -> Result<(), Error> {
+    pub fn publish(&self, gpu: &Gpu, windows: &[Window]) -> Result<(), Error> {
         let counts = windows.iter().map(|window| window.lattice.probe_count());
         let mut table = vec![u32::MAX; counts.clone().sum::<u32>() as usize];
         let firsts: Vec<u32> = counts
@@ -120,6 +124,26 @@ impl Store {
             .bind(pass, self.volume(), maps)
             .bind("probe_table", &self.table)
             .bind("lookup_rows", &self.rows)
+    }
+
+    /// Adds [`GATHER`]: the light of surfaces, by the maps of so many bounces.
+    pub fn gather(
+        &self,
+        frame: &mut Frame,
+        receivers: &Receivers<'_>,
+        lookup: &Lookup,
+        maps: &Maps,
+    ) {
+        let pass = frame
+            .pass(&GATHER)
+            .bind("view_depth", receivers.view_depth)
+            .bind("normals", receivers.normals)
+            .bind("indirect_diffuse", receivers.light);
+        self.bind(pass, lookup, maps)
+            .push(&LevelParams {
+                level_count: self.levels.len() as u32,
+            })
+            .dispatch(receivers.groups());
     }
 
     /// The parts of the list that each level has, coarsest first, from `first` on.

@@ -22,8 +22,10 @@ pub struct Probe {
 pub struct Probes<'p> {
     /// Where they stood before they were moved.
     pub lattice: &'p Lattice,
-    /// Each.
+    /// Each that is there.
     pub probe: &'p dyn Fn(u32) -> Probe,
+    /// Whether it is.
+    pub is_there: &'p dyn Fn(u32) -> bool,
     /// Whether nothing is between two places (m).
     pub sees: &'p dyn Fn(DVec3, DVec3) -> bool,
 }
@@ -139,6 +141,15 @@ impl Probes<'_> {
             let share = along * between + (1.0 - along) * (1.0 - between);
             let share = share.max(DVec3::splat(1e-3)).element_product();
             let probe = self.lattice.index(low + step);
+            if !(self.is_there)(probe) {
+                return Asked {
+                    probe,
+                    share: 0.0,
+                    facing: 0.0,
+                    sight: 0.0,
+                    weight: 0.0,
+                };
+            }
             let [facing, sight] = self.sight(&(self.probe)(probe), place, lookup);
             let floored = sight.max(f64::from(lookup.weight_floor));
             Asked {
@@ -152,16 +163,38 @@ impl Probes<'_> {
     }
 }
 
-/// Irradiance (W/m²), and in w the ambient visibility, of the eight probes around a surface, and
-/// of further ones where all eight are hidden.
-pub fn light_of_probes(probes: &Probes<'_>, place: &Place, lookup: &Lookup) -> DVec4 {
-    let (mut sum, mut weights, mut seen) = (DVec4::ZERO, 0.0, 0.0);
+/// Sums over the eight probes around a surface.
+struct CageLight {
+    /// Irradiance (W/m²), and in w the ambient visibility.
+    light: DVec4,
+    /// Weights without their floor.
+    seen: f64,
+    /// Trilinear weights of those that are there.
+    present: f64,
+}
+
+fn light_of_cage(probes: &Probes<'_>, place: &Place, lookup: &Lookup) -> CageLight {
+    let (mut sum, mut weights, mut seen, mut present) = (DVec4::ZERO, 0.0, 0.0, 0.0);
     for asked in probes.around(place, lookup) {
+        if asked.share == 0.0 {
+            continue;
+        }
         sum += asked.weight * probes.light(&(probes.probe)(asked.probe), place);
         weights += asked.weight;
         seen += asked.share * crushed(asked.facing * asked.sight, lookup);
+        present += asked.share;
     }
-    let light = sum / weights.max(1e-30);
+    CageLight {
+        light: sum / weights.max(1e-30),
+        seen,
+        present,
+    }
+}
+
+/// Irradiance (W/m²), and in w the ambient visibility, of the eight probes around a surface, and
+/// of further ones where all eight are hidden.
+pub fn light_of_probes(probes: &Probes<'_>, place: &Place, lookup: &Lookup) -> DVec4 {
+    let CageLight { light, seen, .. } = light_of_cage(probes, place, lookup);
     if lookup.visibility != Visibility::Moments || seen >= LEAST_SEEN {
         return light;
     }
@@ -169,6 +202,32 @@ pub fn light_of_probes(probes: &Probes<'_>, place: &Place, lookup: &Lookup) -> D
     let further = (1..=lookup.rings as i32)
         .find_map(|ring| light_of_shell(probes, (first, ring), place, lookup));
     further.map_or(light, |further| further.lerp(light, seen / LEAST_SEEN))
+}
+
+/// The same by nested lattices, finest first, each with a bit for each side beyond which there are
+/// more probes (−x, +x, −y, …): equation (1) of `docs/gi/probe_cascades.md`.
+pub fn light_of_levels(levels: &[(Probes<'_>, u32)], place: &Place, lookup: &Lookup) -> DVec4 {
+    let (mut sum, mut left) = (DVec4::ZERO, 1.0);
+    for (index, (probes, open)) in levels.iter().enumerate() {
+        if index + 1 == levels.len() {
+            sum += left * light_of_probes(probes, place, lookup);
+            break;
+        }
+        let off = probes.moved(place, lookup) - probes.lattice.first.as_dvec3();
+        let low = off / probes.lattice.spacing.as_dvec3();
+        let high = (probes.lattice.counts - 1).as_dvec3() - low;
+        let sides = (0..6).filter(|side| open >> side & 1 == 1);
+        let inside = sides.map(|side: usize| [low, high][side % 2][side / 2]);
+        let inside = inside.fold(1.0, f64::min).max(0.0);
+        if inside == 0.0 {
+            continue;
+        }
+        let of_cage = light_of_cage(probes, place, lookup);
+        let share = inside * of_cage.present * (of_cage.seen / LEAST_SEEN).min(1.0);
+        sum += left * share * of_cage.light;
+        left *= 1.0 - share;
+    }
+    sum
 }
 
 /// The mean of the probes of a shell around eight that a place sees; `None` where it sees none.
@@ -188,7 +247,11 @@ fn light_of_shell(
         if !is_shell || at.min_element() < 0 || at.cmpge(counts).any() {
             continue;
         }
-        let probe = (probes.probe)(probes.lattice.index(at.as_uvec3()));
+        let index = probes.lattice.index(at.as_uvec3());
+        if !(probes.is_there)(index) {
+            continue;
+        }
+        let probe = (probes.probe)(index);
         let [facing, sight] = probes.sight(&probe, place, lookup);
         let far = (probe.place - place.position).length_squared() / probes.cell().powi(2);
         let weight = crushed(facing * sight, lookup) / far.max(1e-2);
