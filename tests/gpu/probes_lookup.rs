@@ -15,6 +15,7 @@ use lumivox::gi::probes::oracle::{self, Irradiance, Map, Place, Probe, Probes};
 use lumivox::gi::probes::rays::ProbeRays;
 use lumivox::gi::probes::volume::{self, Kept, Volume};
 use lumivox::gi::shared::paths::PathScene;
+use lumivox::gi::shared::voxel::oracle::Receiver;
 use lumivox::graph::{Frame, Gpu};
 use lumivox::render::bvh::oracle::RayOracle;
 use lumivox::render::{GpuScene, LightMaps};
@@ -26,7 +27,7 @@ use crate::probes::{
 use crate::support::compare::{Largest, Worst, larger};
 use crate::support::gather::{METRES, View};
 use crate::support::voxels::{half, to_half};
-use crate::support::{Random, gpu};
+use crate::support::{Random, gpu, read_words};
 
 const LOOKUP: Lookup = Lookup {
     visibility: Visibility::Moments,
@@ -242,7 +243,7 @@ fn lookups() -> [Lookup; 6] {
 #[test]
 fn lookups_are_the_oracles() {
     let gpu = gpu();
-    let mut random = Random::new(41);
+    let (mut random, mut all_orphans) = (Random::new(41), 0);
     for scene in scenes() {
         let traced = traced(&gpu, &scene, [5, 32], [6, 8]);
         let (lattice, rays) = (&traced.volume.lattice, RayOracle::new(&scene));
@@ -261,11 +262,13 @@ fn lookups_are_the_oracles() {
                 is_there: &|_| true,
                 sees: &sees,
             };
+            let mut most_orphans = 0;
             for lookup in lookups() {
                 let mut frame = Frame::new();
                 frame.set_scene(&traced.on_gpu.set, &traced.on_gpu.materials);
                 let volume = (&traced.volume, traced.volume.lit(1));
                 let receivers = view.all(&traced.on_gpu);
+                frame.fill("probes.clear", &traced.volume.orphans, 0);
                 gather(&mut frame, &receivers, &traced.paths.rays, volume, &lookup);
                 gpu.submit(frame).unwrap();
                 let expected = view.receivers.iter().map(|(_, receiver)| {
@@ -276,6 +279,21 @@ fn lookups_are_the_oracles() {
                     };
                     oracle::light_of_probes(&probes, &place, &lookup)
                 });
+                let is_orphan = |(_, receiver): &&([u32; 2], Receiver)| {
+                    let place = Place {
+                        position: receiver.position,
+                        geometric_normal: receiver.geometric_normal,
+                        shading_normal: receiver.shading_normal,
+                    };
+                    oracle::is_orphan(&probes, &place, &lookup)
+                };
+                let orphans = view.receivers.iter().filter(is_orphan).count() as u32;
+                let counted = read_words(&gpu, &traced.volume.orphans)[0];
+                assert!(
+                    counted.abs_diff(orphans) <= 3,
+                    "{lookup:?}: {counted} orphans, not {orphans}"
+                );
+                most_orphans = most_orphans.max(orphans);
                 let found = view.results(&gpu);
                 let off = found.iter().zip(expected);
                 let off = off.map(|(found, expected)| (*found - expected).abs().largest());
@@ -289,8 +307,12 @@ fn lookups_are_the_oracles() {
                     off.len()
                 );
             }
+            println!("{}, sight {sight}: {most_orphans} orphans", scene.name);
+            assert!(sight < 1.0 || most_orphans == 0, "{most_orphans}");
+            all_orphans += most_orphans;
         }
     }
+    assert!(all_orphans > 100, "{all_orphans}");
 }
 
 /// Levels around an eye in the scene, with a share of their probes, each of random light.

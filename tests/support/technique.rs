@@ -77,8 +77,9 @@ pub fn default_cases_with(pair: &str) -> Vec<Case> {
     cases
 }
 
-/// What makes techniques small that have no resolution, so that tests are short.
-const SMALL: &[(&str, &str)] = &[("probes", "8")];
+/// What makes techniques small that have no resolution, so that tests are short, and complete in a
+/// frame.
+const SMALL: &[(&str, &str)] = &[("probes", "8"), ("probes_per_frame", "0")];
 
 impl std::fmt::Debug for Case {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {

@@ -18,6 +18,11 @@ layout(set = 1, binding = FIRST_BINDING + 1) uniform utexture2D normals;
 layout(set = 1, binding = FIRST_BINDING + 2, rgba32f) uniform restrict writeonly image2D
     indirect_diffuse;
 
+// pixels that see none of the eight probes around them
+layout(std430, set = 1, binding = FIRST_BINDING + 8) restrict buffer ProbeOrphans {
+    uint probe_orphans;
+};
+
 #include "gi/probes/lookup_row.glsl"
 
 layout(push_constant) uniform LookupParams {
@@ -37,8 +42,10 @@ void main() {
     Surface surface;
     bool is_there = read_receiver(texel, surface);
     vec4 light = vec4(0.0);
+    bool is_orphan = false;
     if (is_there)
         light = light_of_probes(
-            surface.position_ws, surface.geometric_normal, surface.shading_normal);
+            surface.position_ws, surface.geometric_normal, surface.shading_normal, is_orphan);
+    if (is_orphan) atomicAdd(probe_orphans, 1u);
     imageStore(indirect_diffuse, texel, light);
 }

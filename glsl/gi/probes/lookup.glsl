@@ -201,19 +201,27 @@ CageLight light_of_cage(Cage cage, vec3 position, vec3 geometric_normal, vec3 sh
     return light;
 }
 
-// Irradiance [W/m²], and in alpha the ambient visibility.
-vec4 light_of_probes(vec3 position, vec3 geometric_normal, vec3 shading_normal) {
+// Irradiance [W/m²], and in alpha the ambient visibility; whether the surface sees none of its eight
+// probes.
+vec4 light_of_probes(
+    vec3 position, vec3 geometric_normal, vec3 shading_normal, out bool is_orphan) {
     Cage cage = cage_around(position, geometric_normal);
     CageLight of_cage = light_of_cage(cage, position, geometric_normal, shading_normal);
     vec4 light = of_cage.sum / max(of_cage.weights, 1e-30);
+    is_orphan = of_cage.seen < LEAST_SEEN;
     if (VISIBILITY == VISIBILITY_MOMENTS) {
-        if (of_cage.seen < LEAST_SEEN) {
+        if (is_orphan) {
             vec4 further = light_of_further(
                 cage.first, position, cage.moved, geometric_normal, shading_normal, light);
             light = mix(further, light, of_cage.seen / LEAST_SEEN);
         }
     }
     return light;
+}
+
+vec4 light_of_probes(vec3 position, vec3 geometric_normal, vec3 shading_normal) {
+    bool is_orphan;
+    return light_of_probes(position, geometric_normal, shading_normal, is_orphan);
 }
 
 #endif

@@ -70,7 +70,10 @@ pub static ENTRY: Entry = Entry {
             &["probes.light", "probes.blend", "probes.blend_sh"],
         ),
         &Stage::store("bounces", &["probes.bounce"]),
-        &Stage::picture("gather", &["probes.gather", "probes.gather_by_rays"]),
+        &Stage::picture(
+            "gather",
+            &["probes.clear", "probes.gather", "probes.gather_by_rays"],
+        ),
     ],
     ..Entry::new(
         "irradiance-probes",
@@ -220,6 +223,7 @@ impl Technique for IrradianceProbes {
         let Some(mut built) = self.built.take() else {
             return;
         };
+        built.volume.forget_orphans(frame);
         let probes = self.schedule.probes(built.volume.listed());
         if self.schedule.traces {
             self.trace(frame, given.scene, &built, probes, None);
@@ -246,12 +250,13 @@ impl Technique for IrradianceProbes {
 }
 
 impl Inspect for IrradianceProbes {
-    fn counts(&self, _gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
+    fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
         let Some(built) = &self.built else {
             return Ok(Vec::new());
         };
         let mut counts = built.scene.counts();
         counts.push(("probes", built.volume.lattice.probe_count().into()));
+        counts.push(built.volume.count_orphans(gpu)?);
         Ok(counts)
     }
 

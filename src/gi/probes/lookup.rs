@@ -107,7 +107,8 @@ pub fn gather(
     let pass = pass
         .bind("view_depth", receivers.view_depth)
         .bind("normals", receivers.normals)
-        .bind("indirect_diffuse", receivers.light);
+        .bind("indirect_diffuse", receivers.light)
+        .bind("probe_orphans", &volume.orphans);
     lookup
         .bind(pass, volume, maps)
         .push(&LookupParams {

@@ -312,17 +312,24 @@ pub static GATHER: Pass = Pass {
 pub static GATHER_BY_RAYS: Pass = Pass {
     name: "probes.gather_by_rays",
     shaders: Shaders::Compute("gi/probes/gather_by_rays.comp"),
-    bindings: &join::<_, 5, 8, 13>(bvh::BINDINGS, GATHER_BINDINGS),
+    bindings: &join::<_, 5, 9, 14>(bvh::BINDINGS, GATHER_BINDINGS),
     constants: &join::<_, 3, 6, 9>(bvh::CONSTANTS, LOOKUP_CONSTANTS),
     params: Some(LookupParams::LAYOUT),
     sets: Sets::Scene,
 };
 
-const GATHER_BINDINGS: [Binding; 8] = join::<_, 3, 5, 8>(
-    [
-        Binding::sampled("view_depth", Access::ComputeSampled),
-        Binding::sampled("normals", Access::ComputeSampled),
-        Binding::image("indirect_diffuse", Access::ComputeWrite),
-    ],
-    LOOKUP_BINDINGS,
+const GATHER_BINDINGS: [Binding; 9] = join::<_, 8, 1, 9>(
+    join::<_, 3, 5, 8>(
+        [
+            Binding::sampled("view_depth", Access::ComputeSampled),
+            Binding::sampled("normals", Access::ComputeSampled),
+            Binding::image("indirect_diffuse", Access::ComputeWrite),
+        ],
+        LOOKUP_BINDINGS,
+    ),
+    [ORPHANS_BINDING],
 );
+
+/// What a pass binds that counts surfaces which see no probe.
+pub(super) const ORPHANS_BINDING: Binding =
+    Binding::buffer("probe_orphans", Access::ComputeReadWrite);

@@ -8,7 +8,8 @@ use super::lattice::Lattice;
 use super::list::{Listed, ProbeList};
 use crate::gi::Settings;
 use crate::graph::{
-    Buffer, BufferDesc, BufferUsage, Error, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Owner, vk,
+    Buffer, BufferDesc, BufferUsage, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage,
+    Owner, vk,
 };
 
 /// The light of all probes, 3×3 texels of harmonics or an octahedral map each, in a border of one
@@ -78,6 +79,8 @@ pub struct Volume {
     /// RG16F: mean and mean square of the distance that a probe sees (cells); one map that nobody
     /// reads where `has_moments` is false.
     pub moments: Arc<Image>,
+    /// How many gathered surfaces see none of the eight probes around them.
+    pub orphans: Arc<Buffer>,
     /// Whether look-ups ask for distances.
     pub has_moments: bool,
     /// Whether look-ups ask how irradiance changes with the place.
@@ -182,6 +185,7 @@ impl Volume {
                 layout_where(kept.moment_texels.is_some()),
                 (moment_texels, vk::Format::R16G16_SFLOAT),
             )?,
+            orphans: buffer(gpu, "probes.orphans", 4)?,
             has_moments: kept.moment_texels.is_some(),
             has_gradients: kept.has_gradients,
             first: maps(0)?,
@@ -189,6 +193,18 @@ impl Volume {
                 .map(maps)
                 .collect::<Result<_, Error>>()?,
         })
+    }
+
+    /// Adds a fill: from here on surfaces without a probe are counted.
+    pub(super) fn forget_orphans(&self, frame: &mut Frame) {
+        frame.fill("probes.clear", &self.orphans, 0);
+    }
+
+    /// How many surfaces without a probe the last frame had.
+    pub(super) fn count_orphans(&self, gpu: &Gpu) -> Result<(&'static str, u64), Error> {
+        let bytes = gpu.read_buffer(&self.orphans)?;
+        let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&bytes);
+        Ok(("probe_orphans", counts[0].into()))
     }
 
     /// The farthest that a probe sees (cells).

@@ -51,8 +51,11 @@ float share_of_level(vec3 moved) {
     return clamp(share, 0.0, 1.0);
 }
 
-// Irradiance [W/m²], and in alpha the ambient visibility.
-vec4 light_of_levels(vec3 position, vec3 geometric_normal, vec3 shading_normal) {
+// Irradiance [W/m²], and in alpha the ambient visibility; whether the surface sees none of its eight
+// probes of any level.
+vec4 light_of_levels(
+    vec3 position, vec3 geometric_normal, vec3 shading_normal, out bool is_orphan) {
+    is_orphan = false;
     vec4 sum = vec4(0.0);
     float left = 1.0;
     level_first = 0u;
@@ -70,6 +73,7 @@ vec4 light_of_levels(vec3 position, vec3 geometric_normal, vec3 shading_normal) 
                 vec4 further = light_of_further(
                     cage.first, position, cage.moved, geometric_normal, shading_normal, light);
                 light = mix(further, light, of_cage.seen / LEAST_SEEN);
+                is_orphan = left == 1.0;
             }
             sum += left * share * light;
             left -= left * share;
@@ -79,6 +83,11 @@ vec4 light_of_levels(vec3 position, vec3 geometric_normal, vec3 shading_normal) 
         level_first += counts.x * counts.y * counts.z;
     }
     return sum / max(1.0 - left, 1e-3);
+}
+
+vec4 light_of_levels(vec3 position, vec3 geometric_normal, vec3 shading_normal) {
+    bool is_orphan;
+    return light_of_levels(position, geometric_normal, shading_normal, is_orphan);
 }
 
 #endif

@@ -75,7 +75,7 @@ pub static ENTRY: Entry = Entry {
             &["probes.light", "probes.blend", "probes.blend_sh"],
         ),
         &Stage::store("bounces", &["cascades.bounce"]),
-        &Stage::picture("gather", &["cascades.gather"]),
+        &Stage::picture("gather", &["probes.clear", "cascades.gather"]),
     ],
     ..Entry::new(
         "probe-cascades",
@@ -359,6 +359,7 @@ impl Technique for ProbeCascades {
 
     fn update(&mut self, frame: &mut Frame, given: &Inputs<'_>) {
         let Some(built) = &self.built else { return };
+        built.store.volume().forget_orphans(frame);
         self.find_out(frame, given.scene, built);
         self.light(frame, given, built);
     }
@@ -372,13 +373,14 @@ impl Technique for ProbeCascades {
 }
 
 impl Inspect for ProbeCascades {
-    fn counts(&self, _gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
+    fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
         let Some(built) = &self.built else {
             return Ok(Vec::new());
         };
         let mut counts = built.scene.counts();
         counts.push(("probes", built.store.pool.held().into()));
         counts.push(("probe_room", built.store.capacity.into()));
+        counts.push(built.store.volume().count_orphans(gpu)?);
         Ok(counts)
     }
 

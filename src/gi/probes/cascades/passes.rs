@@ -2,7 +2,7 @@
 
 use crate::gi::probes::list::LIST_BINDING;
 use crate::gi::probes::lookup::{LOOKUP_BINDINGS, LOOKUP_CONSTANTS};
-use crate::gi::probes::passes::RAYS;
+use crate::gi::probes::passes::{ORPHANS_BINDING, RAYS};
 use crate::gi::shared::paths;
 use crate::gpu_struct;
 use crate::graph::pass::join;
@@ -114,13 +114,16 @@ pub static BOUNCE: Pass = Pass {
 pub static GATHER: Pass = Pass {
     name: "cascades.gather",
     shaders: Shaders::Compute("gi/probes/cascades/gather.comp"),
-    bindings: &join::<_, 3, 7, 10>(
-        [
-            Binding::sampled("view_depth", Access::ComputeSampled),
-            Binding::sampled("normals", Access::ComputeSampled),
-            Binding::image("indirect_diffuse", Access::ComputeWrite),
-        ],
-        LEVEL_BINDINGS,
+    bindings: &join::<_, 10, 1, 11>(
+        join::<_, 3, 7, 10>(
+            [
+                Binding::sampled("view_depth", Access::ComputeSampled),
+                Binding::sampled("normals", Access::ComputeSampled),
+                Binding::image("indirect_diffuse", Access::ComputeWrite),
+            ],
+            LEVEL_BINDINGS,
+        ),
+        [ORPHANS_BINDING],
     ),
     constants: &LOOKUP_CONSTANTS,
     params: Some(LevelParams::LAYOUT),

@@ -138,7 +138,8 @@ impl Store {
             .pass(&GATHER)
             .bind("view_depth", receivers.view_depth)
             .bind("normals", receivers.normals)
-            .bind("indirect_diffuse", receivers.light);
+            .bind("indirect_diffuse", receivers.light)
+            .bind("probe_orphans", &self.volume().orphans);
         self.bind(pass, lookup, maps)
             .push(&LevelParams {
                 level_count: self.levels.len() as u32,

@@ -191,6 +191,11 @@ fn light_of_cage(probes: &Probes<'_>, place: &Place, lookup: &Lookup) -> CageLig
     }
 }
 
+/// Whether a surface sees none of the eight probes around it.
+pub fn is_orphan(probes: &Probes<'_>, place: &Place, lookup: &Lookup) -> bool {
+    light_of_cage(probes, place, lookup).seen < LEAST_SEEN
+}
+
 /// Irradiance (W/m²), and in w the ambient visibility, of the eight probes around a surface, and
 /// of further ones where all eight are hidden.
 pub fn light_of_probes(probes: &Probes<'_>, place: &Place, lookup: &Lookup) -> DVec4 {

@@ -4,7 +4,7 @@ mod field;
 mod lookup;
 
 pub use field::{FieldMap, Met, Seen, Texel};
-pub use lookup::{Asked, Place, Probe, Probes, light_of_levels, light_of_probes};
+pub use lookup::{Asked, Place, Probe, Probes, is_orphan, light_of_levels, light_of_probes};
 
 use std::f64::consts::{PI, TAU};
 
