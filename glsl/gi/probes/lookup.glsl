@@ -201,8 +201,8 @@ CageLight light_of_cage(Cage cage, vec3 position, vec3 geometric_normal, vec3 sh
     return light;
 }
 
-// Irradiance [W/m²], and in alpha the ambient visibility; whether the surface sees none of its eight
-// probes.
+// Irradiance [W/m²], and in alpha the ambient visibility; whether the surface sees none of its
+// eight probes.
 vec4 light_of_probes(
     vec3 position, vec3 geometric_normal, vec3 shading_normal, out bool is_orphan) {
     Cage cage = cage_around(position, geometric_normal);

@@ -51,8 +51,8 @@ float share_of_level(vec3 moved) {
     return clamp(share, 0.0, 1.0);
 }
 
-// Irradiance [W/m²], and in alpha the ambient visibility; whether the surface sees none of its eight
-// probes of any level.
+// Irradiance [W/m²], and in alpha the ambient visibility; whether the surface sees none of its
+// eight probes of any level.
 vec4 light_of_levels(
     vec3 position, vec3 geometric_normal, vec3 shading_normal, out bool is_orphan) {
     is_orphan = false;
