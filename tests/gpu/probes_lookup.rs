@@ -345,13 +345,13 @@ fn lookups_of_levels_are_the_oracles() {
             };
             let most = needed.len() as u32;
             let mut store = Store::new(&gpu, (&kept, 32), &windows, most).unwrap();
-            store.pool.hold(&needed).unwrap();
+            store.pool.hold(&needed);
             store.pool.advance(0);
             store.look_up_by(&gpu, &LOOKUP, &windows).unwrap();
             store.publish(&gpu, &windows).unwrap();
             // Maps of all slots, in cells of a level; then places of those that are held.
             let mut slots = store.levels[0].clone();
-            slots.lattice.counts = UVec3::new(store.capacity, 1, 1);
+            slots.lattice.counts = UVec3::new(store.pool.room(), 1, 1);
             let mut maps = RandomMaps::new(&gpu, &slots, sight, &mut random);
             let held: BTreeMap<Key, u32> = store.pool.lit().collect();
             for (key, slot) in &held {

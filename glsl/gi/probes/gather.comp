@@ -35,17 +35,4 @@ layout(push_constant) uniform LookupParams {
 #endif
 #define LOOKUP_BINDING FIRST_BINDING + 3
 #include "gi/probes/lookup.glsl"
-
-void main() {
-    ivec2 texel = ivec2(gl_GlobalInvocationID.xy);
-    if (!is_gathered(texel)) return;
-    Surface surface;
-    bool is_there = read_receiver(texel, surface);
-    vec4 light = vec4(0.0);
-    bool is_orphan = false;
-    if (is_there)
-        light = light_of_probes(
-            surface.position_ws, surface.geometric_normal, surface.shading_normal, is_orphan);
-    if (is_orphan) atomicAdd(probe_orphans, 1u);
-    imageStore(indirect_diffuse, texel, light);
-}
+#include "gi/probes/gather.glsl"

@@ -1,7 +1,7 @@
 // The light of a surface from the probes around it (Majercik et al. 2019; docs/gi/probes.md). The
 // including pass declares `params` with a LookupRow `lookup`, or another one as LOOKUP; and
 // LOOKUP_BINDING and LOOKUP_CONSTANT; one that can trace rays also TRACES. With SPARSE not all
-// probes are there, and it has a `probe_at` of its own.
+// probes are there, and it has a `probe_at` and a `light_of_probes` of its own.
 #ifndef LUMIVOX_PROBES_LOOKUP
 #define LUMIVOX_PROBES_LOOKUP
 
@@ -201,16 +201,12 @@ CageLight light_of_cage(Cage cage, vec3 position, vec3 geometric_normal, vec3 sh
     return light;
 }
 
-// Irradiance [W/m²], and in alpha the ambient visibility; whether the surface sees none of its
-// eight probes.
-vec4 light_of_probes(
-    vec3 position, vec3 geometric_normal, vec3 shading_normal, out bool is_orphan) {
-    Cage cage = cage_around(position, geometric_normal);
-    CageLight of_cage = light_of_cage(cage, position, geometric_normal, shading_normal);
+// The mean of the eight; of further ones where all eight are hidden.
+vec4 light_around_cage(Cage cage, CageLight of_cage, vec3 position, vec3 geometric_normal,
+    vec3 shading_normal) {
     vec4 light = of_cage.sum / max(of_cage.weights, 1e-30);
-    is_orphan = of_cage.seen < LEAST_SEEN;
     if (VISIBILITY == VISIBILITY_MOMENTS) {
-        if (is_orphan) {
+        if (of_cage.seen < LEAST_SEEN) {
             vec4 further = light_of_further(
                 cage.first, position, cage.moved, geometric_normal, shading_normal, light);
             light = mix(further, light, of_cage.seen / LEAST_SEEN);
@@ -219,9 +215,24 @@ vec4 light_of_probes(
     return light;
 }
 
+// Irradiance [W/m²], and in alpha the ambient visibility; whether the surface sees none of its
+// eight probes.
+vec4 light_of_probes(
+    vec3 position, vec3 geometric_normal, vec3 shading_normal, out bool is_orphan);
+
 vec4 light_of_probes(vec3 position, vec3 geometric_normal, vec3 shading_normal) {
     bool is_orphan;
     return light_of_probes(position, geometric_normal, shading_normal, is_orphan);
 }
+
+#ifndef SPARSE
+vec4 light_of_probes(
+    vec3 position, vec3 geometric_normal, vec3 shading_normal, out bool is_orphan) {
+    Cage cage = cage_around(position, geometric_normal);
+    CageLight of_cage = light_of_cage(cage, position, geometric_normal, shading_normal);
+    is_orphan = of_cage.seen < LEAST_SEEN;
+    return light_around_cage(cage, of_cage, position, geometric_normal, shading_normal);
+}
+#endif
 
 #endif

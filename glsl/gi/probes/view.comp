@@ -25,10 +25,6 @@ layout(push_constant) uniform ViewParams {
 
 const uint IRRADIANCE = 0u, DISTANCES = 1u, MOVES = 2u, SIGHT = 3u, IRRADIANCE_ATLAS = 4u;
 
-vec4 looked_up(vec3 position, vec3 geometric_normal, vec3 shading_normal) {
-    return light_of_probes(position, geometric_normal, shading_normal);
-}
-
 // What a sphere shows where its normal points to `normal`.
 vec4 shown_of_probe(uint probe, vec3 normal) {
     vec3 place = probe_places[probe].xyz;

@@ -1,7 +1,7 @@
 // Probes of a lattice as spheres as the camera sees them, in front of surfaces by what they look
 // up. A pixel's ray goes through the lattice from cell to cell (Amanatides & Woo 1987). The
 // including pass declares `params` with `radius_m` and `view`, view_depth, normals, how probes are
-// looked up, `looked_up` and `shown_of_probe`.
+// looked up, and `shown_of_probe`.
 #ifndef LUMIVOX_PROBES_VIEW
 #define LUMIVOX_PROBES_VIEW
 
@@ -60,7 +60,7 @@ bool meets_probe(vec3 direction, inout float distance, out uint met) {
 // What a surface shows.
 vec4 shown_of_surface(Surface surface) {
     vec3 position = surface.position_ws, normal = surface.geometric_normal;
-    if (params.view == IRRADIANCE) return looked_up(position, normal, surface.shading_normal);
+    if (params.view == IRRADIANCE) return light_of_probes(position, normal, surface.shading_normal);
     if (params.view != SIGHT) return vec4(0.0);
     Cage cage = cage_around(position, normal);
     float all_weights = 0.0, seen_weights = 0.0;

@@ -24,7 +24,7 @@ use crate::gi::entry::{Entry, Stage};
 use crate::gi::inspect::{BeamStart, ViewRow};
 use crate::gi::shared::bounces::LightBounces;
 use crate::gi::shared::paths::{self, PathScene};
-use crate::gi::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
+use crate::gi::{Change, Context, Inputs, Inspect, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
 use crate::render::{GBuffer, GpuScene, Receivers};
 use crate::scene::union;
@@ -137,7 +137,8 @@ struct IrradianceProbes {
 
 impl IrradianceProbes {
     /// Puts the probes where the scene needs them as it is, and finds out what they see: all of it,
-    /// or what has changed since models stood elsewhere.
+    /// or what has changed since models stood elsewhere. Where rays are traced in each frame, that
+    /// is found out there.
     fn place(
         &self,
         &Context { gpu, scene, .. }: &Context<'_>,
@@ -148,6 +149,9 @@ impl IrradianceProbes {
         let mut stats = (self.standing).put((gpu, scene), triangles, at, how)?;
         let models = scene.dynamic.as_ref().map(|dynamic| dynamic.bounds);
         let before = std::mem::replace(&mut built.models, models);
+        if self.schedule.traces {
+            return Ok(stats);
+        }
         let moved = before.zip(models).map(|(before, now)| union(before, now));
         let mut frame = Frame::new();
         frame.set_scene(&scene.set, &scene.materials);
@@ -174,14 +178,7 @@ impl IrradianceProbes {
 
 impl Technique for IrradianceProbes {
     fn needs(&self) -> Needs {
-        Needs {
-            maps: if self.uses_maps {
-                MapNeeds::Shadows
-            } else {
-                MapNeeds::Direct
-            },
-            motion: false,
-        }
+        paths::needs(self.uses_maps)
     }
 
     fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {

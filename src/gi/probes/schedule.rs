@@ -56,8 +56,8 @@ pub struct Schedule {
     count: u32,
     /// The first that has not had its turn yet.
     next: u32,
-    /// Frames since all were lit: the first of them is 0.
-    frame: Option<u32>,
+    /// The frame, the first of which lights all.
+    frame: u32,
 }
 
 impl Schedule {
@@ -70,7 +70,7 @@ impl Schedule {
             list: None,
             count: 0,
             next: 0,
-            frame: None,
+            frame: 0,
         }
     }
 
@@ -92,21 +92,18 @@ impl Schedule {
             .transpose()?;
         self.count = count;
         self.next = 0;
-        self.frame = None;
+        self.frame = 0;
         Ok(())
     }
 
     /// Goes on to the next frame. The first one lights all.
     pub fn advance(&mut self, gpu: &Gpu) -> Result<(), Error> {
-        let frame = self.frame.map_or(0, |frame| frame.wrapping_add(1));
-        let is_first = self.frame.is_none();
-        self.frame = Some(frame);
+        self.frame = self.frame.saturating_add(1);
         let Some(list) = &self.list else {
             return Ok(());
         };
-        let lit = self.lit();
-        let first = if is_first { 0 } else { self.next };
-        let turn = if self.turns() { turn_of(frame) } else { 0 };
+        let (lit, first) = (self.lit(), self.next);
+        let turn = if self.turns() { turn_of(self.frame) } else { 0 };
         let rows: Vec<[u32; 2]> = (0..lit)
             .map(|index| (first + index) % self.count.max(1))
             .map(|probe| [probe, probe ^ turn])
@@ -115,12 +112,16 @@ impl Schedule {
         list.put(gpu, &rows)
     }
 
+    fn is_first(&self) -> bool {
+        self.frame <= 1
+    }
+
     /// Number of probes that this frame lights.
     fn lit(&self) -> u32 {
-        match self.per_frame {
-            0 => self.count,
-            _ if self.frame == Some(0) => self.count,
-            most => most.min(self.count),
+        if self.per_frame == 0 || self.is_first() {
+            self.count
+        } else {
+            self.per_frame.min(self.count)
         }
     }
 
@@ -132,7 +133,7 @@ impl Schedule {
 
     /// The share of its light that a probe keeps.
     pub fn kept(&self) -> f32 {
-        if self.frame == Some(0) || self.frame.is_none() {
+        if self.is_first() {
             0.0
         } else {
             self.hysteresis
@@ -145,7 +146,7 @@ impl Schedule {
     pub fn bounces(&self, bounces: LightBounces, lit: u32) -> Vec<[u32; 2]> {
         match bounces {
             LightBounces::Count(count) => (2..=count).map(|bounce| [bounce - 1, bounce]).collect(),
-            LightBounces::Feedback if self.is_gradual() && self.frame == Some(0) => {
+            LightBounces::Feedback if self.is_gradual() && self.is_first() => {
                 let more = vec![[2, 2]; bounces.frames_to_rest() as usize - 2];
                 [vec![[1, 2]], more].concat()
             }

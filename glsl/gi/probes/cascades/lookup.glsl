@@ -53,7 +53,7 @@ float share_of_level(vec3 moved) {
 
 // Irradiance [W/m²], and in alpha the ambient visibility; whether the surface sees none of its
 // eight probes of any level.
-vec4 light_of_levels(
+vec4 light_of_probes(
     vec3 position, vec3 geometric_normal, vec3 shading_normal, out bool is_orphan) {
     is_orphan = false;
     vec4 sum = vec4(0.0);
@@ -67,13 +67,12 @@ vec4 light_of_levels(
         if (share > 0.0) {
             CageLight of_cage = light_of_cage(cage, position, geometric_normal, shading_normal);
             vec4 light = of_cage.sum / max(of_cage.weights, 1e-30);
-            if (!is_last) {
+            if (is_last) {
+                light =
+                    light_around_cage(cage, of_cage, position, geometric_normal, shading_normal);
+                is_orphan = left == 1.0 && of_cage.seen < LEAST_SEEN;
+            } else {
                 share *= of_cage.present * clamp(of_cage.seen / LEAST_SEEN, 0.0, 1.0);
-            } else if (of_cage.seen < LEAST_SEEN) {
-                vec4 further = light_of_further(
-                    cage.first, position, cage.moved, geometric_normal, shading_normal, light);
-                light = mix(further, light, of_cage.seen / LEAST_SEEN);
-                is_orphan = left == 1.0;
             }
             sum += left * share * light;
             left -= left * share;
@@ -83,11 +82,6 @@ vec4 light_of_levels(
         level_first += counts.x * counts.y * counts.z;
     }
     return sum / max(1.0 - left, 1e-3);
-}
-
-vec4 light_of_levels(vec3 position, vec3 geometric_normal, vec3 shading_normal) {
-    bool is_orphan;
-    return light_of_levels(position, geometric_normal, shading_normal, is_orphan);
 }
 
 #endif

@@ -25,10 +25,6 @@ layout(push_constant) uniform LevelViewParams {
 
 const uint IRRADIANCE = 0u, DISTANCES = 1u, SIGHT = 3u;
 
-vec4 looked_up(vec3 position, vec3 geometric_normal, vec3 shading_normal) {
-    return light_of_levels(position, geometric_normal, shading_normal);
-}
-
 // What a sphere shows where its normal points to `normal`.
 vec4 shown_of_probe(uint probe, vec3 normal) {
     if (params.view == DISTANCES)

@@ -26,8 +26,8 @@ pub struct Layout {
 /// Where a level is: a part of its unbounded lattice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window {
-    /// Smallest corner of the scene (m).
-    low: Vec3,
+    /// Where probe 0 of the unbounded lattice stands (m).
+    origin: Vec3,
     /// The first probe along each axis.
     pub first: IVec3,
     /// Its probes.
@@ -77,13 +77,18 @@ impl Layout {
     fn window(&self, eye: Vec3, spacing: f32) -> Window {
         let (low, high) = self.bounds;
         let (mut first, mut counts, mut open) = (IVec3::ZERO, UVec3::ZERO, 0);
+        let mut origin = low + OUTER_LAYER * spacing;
         for axis in 0..3 {
             // Probes along the scene; the last is a quarter of a spacing inside, or a bit more.
             let gaps = (high[axis] - low[axis]) / spacing - 2.0 * OUTER_LAYER;
             let all = (gaps - 1e-3).ceil() as i32 + 1;
+            // A plane has room on both sides.
+            if all <= 2 {
+                origin[axis] = 0.5 * (low[axis] + high[axis]) - 0.5 * spacing;
+            }
             let all = all.max(2);
             let count = all.min(self.probes.cast_signed());
-            let middle = (eye[axis] - low[axis]) / spacing - OUTER_LAYER;
+            let middle = (eye[axis] - origin[axis]) / spacing;
             let centred = (middle - 0.5 * (count - 1) as f32).round();
             first[axis] = (centred as i32).clamp(0, all - count);
             counts[axis] = count.cast_unsigned();
@@ -91,10 +96,10 @@ impl Layout {
             open |= u32::from(first[axis] < all - count) << (2 * axis + 1);
         }
         Window {
-            low,
+            origin,
             first,
             lattice: Lattice {
-                first: place_of(low, first, spacing),
+                first: place_of(origin, first, spacing),
                 spacing: Vec3::splat(spacing),
                 counts,
             },
@@ -104,8 +109,8 @@ impl Layout {
 }
 
 /// Where a probe of a lattice is, wherever its window begins (m).
-fn place_of(low: Vec3, at: IVec3, spacing: f32) -> Vec3 {
-    low + (at.as_vec3() + OUTER_LAYER) * spacing
+fn place_of(origin: Vec3, at: IVec3, spacing: f32) -> Vec3 {
+    origin + at.as_vec3() * spacing
 }
 
 impl Window {
@@ -117,7 +122,7 @@ impl Window {
     /// xyz: where the probe at a place of the unbounded lattice stands (m); w: spacing (m).
     pub fn home(&self, at: IVec3) -> Vec4 {
         let spacing = self.lattice.spacing.x;
-        place_of(self.low, at, spacing).extend(spacing)
+        place_of(self.origin, at, spacing).extend(spacing)
     }
 
     /// The probe at a place of the unbounded lattice, if it is in the window.

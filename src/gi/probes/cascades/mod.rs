@@ -24,7 +24,7 @@ use crate::gi::entry::{Entry, Stage};
 use crate::gi::inspect::ViewRow;
 use crate::gi::shared::bounces::LightBounces;
 use crate::gi::shared::paths::{self, PathScene};
-use crate::gi::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
+use crate::gi::{Change, Context, Inputs, Inspect, Needs, Settings, Technique};
 use crate::graph::compute::linear_groups;
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
 use crate::render::{GBuffer, GpuScene, Receivers, screen_groups};
@@ -145,14 +145,12 @@ struct Built {
 /// What a frame does: numbers of probes, one after the other in the list.
 #[derive(Default)]
 struct Work {
-    /// Those that are placed, traced and lit for the first time.
-    new: u32,
-    /// Those of them that each level has.
-    new_of_level: Vec<u32>,
+    /// Of each level, those that keep what they see, but where something has moved.
+    kept: Vec<u32>,
+    /// Of each level, those that are placed, traced and lit for the first time.
+    new: Vec<u32>,
     /// Those that are lit again.
     again: u32,
-    /// Of each level, those that keep what they see, but where something has moved.
-    kept_of_level: Vec<u32>,
     moved: Option<Moved>,
     /// How often light is fed back.
     rounds: u32,
@@ -179,17 +177,12 @@ impl ProbeCascades {
     ) -> Result<(Store, Vec<Window>, FrameStats), Error> {
         let windows = self.layout.windows(eye);
         let (needed, stats) = need::needed(gpu, scene, &windows, self.lookup.normal_bias)?;
-        let kept = store.and_then(|mut store| store.pool.hold(&needed).is_ok().then_some(store));
-        let mut store = match kept {
+        let count = needed.len() as u32;
+        let mut store = match store.filter(|store| store.pool.room() >= count) {
             Some(store) => store,
-            None => {
-                let mut store =
-                    Store::new(gpu, (&self.kept, self.rays), &windows, needed.len() as u32)?;
-                // There is room for all.
-                let _ = store.pool.hold(&needed);
-                store
-            }
+            None => Store::new(gpu, (&self.kept, self.rays), &windows, count)?,
         };
+        store.pool.hold(&needed);
         store.look_up_by(gpu, &self.lookup, &windows)?;
         Ok((store, windows, stats))
     }
@@ -209,25 +202,25 @@ impl ProbeCascades {
         };
         let most = if store.is_dark { 0 } else { self.per_frame };
         let turn = store.pool.advance(most);
-        let all = || [&turn.new, &turn.again, &kept].into_iter().flatten();
-        let rows: Vec<[u32; 2]> = all().map(|(key, slot)| [*slot, key.seed()]).collect();
+        let placed = || kept.iter().chain(&turn.new);
+        let all = placed().chain(&turn.again);
+        let rows: Vec<[u32; 2]> = all.map(|(key, slot)| [*slot, key.seed()]).collect();
         store.list.put(gpu, &rows)?;
         let home = |(key, _): &(Key, u32)| windows[key.level(levels) as usize].home(key.at());
-        let homes: Vec<Vec4> = all().map(home).collect();
+        let homes: Vec<Vec4> = placed().map(home).collect();
         gpu.upload_buffer(&store.homes, bytemuck::cast_slice(&homes))?;
         if !turn.new.is_empty() || has_moved {
             store.publish(gpu, windows)?;
         }
         built.work = Work {
-            new: turn.new.len() as u32,
-            new_of_level: by_level(&turn.new, levels),
+            kept: by_level(&kept, levels),
+            new: by_level(&turn.new, levels),
             again: turn.again.len() as u32,
-            kept_of_level: by_level(&kept, levels),
             moved: built.moved.take(),
-            rounds: match (self.bounces.any(), store.is_dark) {
-                (false, _) => 0,
-                (true, false) => 1,
-                (true, true) => self.bounces.frames_to_rest().max(2) - 1,
+            rounds: match self.bounces {
+                LightBounces::Count(count) => count - 1,
+                LightBounces::Feedback if store.is_dark => self.bounces.frames_to_rest() - 1,
+                LightBounces::Feedback => 1,
             },
         };
         store.is_dark = false;
@@ -243,10 +236,9 @@ impl ProbeCascades {
             ..
         } = built;
         let buffers = [&store.homes, &store.volume().places];
-        let first_kept = work.new + work.again;
         let parts = [
-            (0, &work.new_of_level, None),
-            (first_kept, &work.kept_of_level, work.moved),
+            (0, &work.kept, work.moved),
+            (work.kept.iter().sum(), &work.new, None),
         ];
         for (first, counts, moved) in parts {
             let all = store.list.part(first, counts.iter().sum());
@@ -269,13 +261,14 @@ impl ProbeCascades {
             ..
         } = built;
         let (rays, volume) = (&store.rays, store.volume());
-        let lit = store.list.part(0, work.new + work.again);
+        let [kept, new] = [&work.kept, &work.new].map(|of_levels| of_levels.iter().sum::<u32>());
+        let (lit, end_of_new) = (store.list.part(kept, new + work.again), kept + new);
         let (first, all) = (volume.lit(1), self.maps(store));
         for part in rays.parts(lit) {
             rays.straight(frame, given, paths, (volume, part), self.uses_maps);
             rays.blend(frame, volume, part, [first, first], (false, 0.0));
             // What others see of new probes is never what was in their place before.
-            let new = work.new.saturating_sub(part.first).min(part.count);
+            let new = end_of_new.saturating_sub(part.first).min(part.count);
             if self.bounces.any() && new > 0 {
                 let new = store.list.part(part.first, new);
                 rays.blend(frame, volume, new, [first, all], (false, 0.0));
@@ -302,14 +295,7 @@ impl ProbeCascades {
 
 impl Technique for ProbeCascades {
     fn needs(&self) -> Needs {
-        Needs {
-            maps: if self.uses_maps {
-                MapNeeds::Shadows
-            } else {
-                MapNeeds::Direct
-            },
-            motion: false,
-        }
+        paths::needs(self.uses_maps)
     }
 
     fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
@@ -379,7 +365,7 @@ impl Inspect for ProbeCascades {
         };
         let mut counts = built.scene.counts();
         counts.push(("probes", built.store.pool.held().into()));
-        counts.push(("probe_room", built.store.capacity.into()));
+        counts.push(("probe_room", built.store.pool.room().into()));
         counts.push(built.store.volume().count_orphans(gpu)?);
         Ok(counts)
     }

@@ -48,13 +48,6 @@ struct Held {
     is_lit: bool,
 }
 
-/// More probes are needed than there is room for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Full {
-    /// So many.
-    pub needed: u32,
-}
-
 /// The probes of a store with room for so many.
 #[derive(Debug)]
 pub struct Pool {
@@ -89,13 +82,14 @@ impl Pool {
         self.held.len() as u32
     }
 
-    /// Holds these and no others; those that it had before stay where they are.
-    pub fn hold(&mut self, needed: &BTreeSet<Key>) -> Result<(), Full> {
-        if needed.len() > self.held.len() + self.free.len() {
-            return Err(Full {
-                needed: needed.len() as u32,
-            });
-        }
+    /// For how many there is room.
+    pub fn room(&self) -> u32 {
+        (self.held.len() + self.free.len()) as u32
+    }
+
+    /// Holds these, no more than there is room for, and no others; those that it had before stay
+    /// where they are.
+    pub fn hold(&mut self, needed: &BTreeSet<Key>) {
         let free = &mut self.free;
         self.held.retain(|key, held| {
             let stays = needed.contains(key);
@@ -112,7 +106,6 @@ impl Pool {
                 self.held.insert(*key, Held { slot, is_lit });
             }
         }
-        Ok(())
     }
 
     /// The probes that the next frame traces or lights, `most` of them (0: all), which are lit from

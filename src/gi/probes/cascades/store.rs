@@ -17,14 +17,12 @@ use crate::render::Receivers;
 pub struct Store {
     /// Which they are.
     pub pool: Pool,
-    /// So many.
-    pub capacity: u32,
     /// The maps, as each level looks them up.
     pub levels: Vec<Volume>,
     pub(super) rays: ProbeRays,
     /// The probes of a frame's work, one after the other.
     pub(super) list: ProbeList,
-    /// Of those: xyz: where they stand on the lattice (m); w: spacing there (m).
+    /// Of the first of those: xyz: where they stand on the lattice (m); w: spacing there (m).
     pub(super) homes: Arc<Buffer>,
     /// Of each level and place: the probe there.
     table: Arc<Buffer>,
@@ -55,11 +53,10 @@ impl Store {
         let room = |name, size: usize| buffer(gpu, name, size as u64);
         Ok(Store {
             pool: Pool::new(capacity),
-            capacity,
             levels: vec![volume],
             rays: ProbeRays::new(gpu, capacity, rays)?,
             list: ProbeList::new(gpu, 2 * capacity)?,
-            homes: room("cascades.homes", 32 * capacity as usize)?,
+            homes: room("cascades.homes", 16 * capacity as usize)?,
             table: room("cascades.table", 4 * places as usize)?,
             rows: room("cascades.rows", size_of::<LookupRow>() * windows.len())?,
             is_dark: true,

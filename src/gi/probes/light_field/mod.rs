@@ -26,7 +26,7 @@ use crate::gi::shared::bounces::LightBounces;
 use crate::gi::shared::interleave::{self, Pattern};
 use crate::gi::shared::loops::LOOP_BUDGET;
 use crate::gi::shared::paths::{self, PathScene};
-use crate::gi::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
+use crate::gi::{Change, Context, Inputs, Inspect, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image, PassBuilder};
 use crate::render::bvh::TURNS_A_RAY;
 use crate::render::{GpuScene, Receivers, screen_groups, screen_image};
@@ -241,14 +241,7 @@ const FEEDBACK_BOUNCES: u32 = 3;
 
 impl Technique for LightFieldProbes {
     fn needs(&self) -> Needs {
-        Needs {
-            maps: if self.uses_maps {
-                MapNeeds::Shadows
-            } else {
-                MapNeeds::Direct
-            },
-            motion: false,
-        }
+        paths::needs(self.uses_maps)
     }
 
     fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {

@@ -111,7 +111,7 @@ fn crushed(weight: f64, lookup: &Lookup) -> f64 {
 pub struct Asked {
     /// Which.
     pub probe: u32,
-    /// Its trilinear weight.
+    /// Its trilinear weight; 0 where it is not there.
     pub share: f64,
     /// What the side that it is on makes of it, 0.2 to 1.2.
     pub facing: f64,

@@ -6,8 +6,8 @@ mod cache;
 pub use cache::{CACHE_BINDINGS, Cache};
 
 use super::loops::LOOP_BUDGET;
-use crate::gi::Inputs;
 use crate::gi::settings::{Domain, Setting};
+use crate::gi::{Inputs, MapNeeds, Needs};
 use crate::graph::pass::join;
 use crate::graph::{Access, Binding, Error, FrameStats, Gpu, PassBuilder};
 use crate::render::GpuScene;
@@ -117,6 +117,19 @@ impl PathScene {
         let mut counts = self.rays.counts();
         counts.push(("emissive_triangles", self.emitters.count.into()));
         counts
+    }
+}
+
+/// What a technique reads that lights what rays hit by shadow maps (`uses_maps`), or by rays.
+pub fn needs(uses_maps: bool) -> Needs {
+    let maps = if uses_maps {
+        MapNeeds::Shadows
+    } else {
+        MapNeeds::Direct
+    };
+    Needs {
+        maps,
+        motion: false,
     }
 }
 
