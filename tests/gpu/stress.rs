@@ -859,7 +859,7 @@ fn wrong_arguments_are_told() {
     let cases: [(&[&str], &str); 5] = [
         (
             &["--case", "nonsense", "-o", "out"],
-            "there is no failure mode nonsense; there are: thin_walls, translation",
+            "there is no failure mode nonsense; there are: thin_walls, wall_shift",
         ),
         (
             &["bundled:cornell", "--case", "thin_walls", "-o", "out"],
