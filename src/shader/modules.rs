@@ -78,6 +78,14 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/probes/cascades/gather.comp.spv"),
     ),
     (
+        "gi/probes/cascades/mirror.comp",
+        include_bytes!("../../spirv/gi/probes/cascades/mirror.comp.spv"),
+    ),
+    (
+        "gi/probes/cascades/mirror_query.comp",
+        include_bytes!("../../spirv/gi/probes/cascades/mirror_query.comp.spv"),
+    ),
+    (
         "gi/probes/cascades/need.comp",
         include_bytes!("../../spirv/gi/probes/cascades/need.comp.spv"),
     ),
@@ -140,7 +148,13 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         "gi/probes/light_field/trace_query.comp",
         include_bytes!("../../spirv/gi/probes/light_field/trace_query.comp.spv"),
     ),
+    (
+        "gi/probes/light_field/view.comp",
+        include_bytes!("../../spirv/gi/probes/light_field/view.comp.spv"),
+    ),
     ("gi/probes/light_query.comp", include_bytes!("../../spirv/gi/probes/light_query.comp.spv")),
+    ("gi/probes/mirror.comp", include_bytes!("../../spirv/gi/probes/mirror.comp.spv")),
+    ("gi/probes/mirror_query.comp", include_bytes!("../../spirv/gi/probes/mirror_query.comp.spv")),
     ("gi/probes/moments.comp", include_bytes!("../../spirv/gi/probes/moments.comp.spv")),
     (
         "gi/probes/moments_power.comp",

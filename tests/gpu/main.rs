@@ -52,6 +52,7 @@ mod probe_cascades;
 mod probes;
 mod probes_field;
 mod probes_lookup;
+mod probes_mirror;
 mod probes_place;
 mod probes_rooms;
 mod probes_time;

@@ -2,9 +2,11 @@
 
 use glam::{DVec3, Vec2, Vec3};
 use lumivox::frame::{Renderer, Traced};
+use lumivox::gi::entry::Entry;
 use lumivox::gi::inspect::BeamAxis;
 use lumivox::gi::probes::Lattice;
 use lumivox::gi::probes::irradiance::ENTRY;
+use lumivox::gi::probes::light_field;
 use lumivox::gi::probes::oracle;
 use lumivox::graph::Gpu;
 use lumivox::image::{Aov, Image};
@@ -20,18 +22,31 @@ const SIZE: [u32; 2] = [96, 72];
 const PROBES: u32 = 9;
 
 fn renderer<'g>(gpu: &'g Gpu, scene: &Scene, pairs: &[&str]) -> Renderer<'g> {
-    let own = [format!("probes={PROBES}"), "rays=64".into()];
-    let pairs = pairs.iter().map(|pair| (*pair).to_owned());
-    let pairs: Vec<String> = own.into_iter().chain(pairs).collect();
-    let settings = ENTRY.settings(None, &pairs).unwrap();
+    renderer_of(gpu, &ENTRY, scene, &[&["rays=64"], pairs].concat())
+}
+
+fn renderer_of<'g>(
+    gpu: &'g Gpu,
+    entry: &'static Entry,
+    scene: &Scene,
+    pairs: &[&str],
+) -> Renderer<'g> {
+    let probes = format!("probes={PROBES}");
+    let settings = entry
+        .settings(None, &[&[&*probes], pairs].concat())
+        .unwrap();
     let frame = frame(SIZE[0], SIZE[1], 64);
-    let (mut renderer, _) = Renderer::new(gpu, scene, &ENTRY, &settings, frame).unwrap();
+    let (mut renderer, _) = Renderer::new(gpu, scene, entry, &settings, frame).unwrap();
     renderer.render(&scene.camera).unwrap();
     renderer
 }
 
 fn view(renderer: &Renderer<'_>, name: &str) -> Option<Image> {
-    let mut rows = ENTRY.views.iter().copied().flatten();
+    view_of(renderer, &ENTRY, name)
+}
+
+fn view_of(renderer: &Renderer<'_>, entry: &Entry, name: &str) -> Option<Image> {
+    let mut rows = entry.views.iter().copied().flatten();
     let row = rows.find(|row| row.name == name).unwrap();
     renderer.view(row, 0).unwrap()
 }
@@ -80,20 +95,59 @@ fn spheres_are_where_probes_stand() {
     };
     for camera in [scene.camera, back] {
         renderer.render(&camera).unwrap();
-        check_spheres(&renderer, &camera, &lattice, |probe, normal| {
+        let shown = view(&renderer, "probe-distances").unwrap();
+        check_spheres(&renderer, &shown, (&camera, &lattice), |probe, normal| {
             maps[probe as usize].at(normal).x / reach
         });
     }
 }
 
-/// Compares the view of distances with `distance` of a probe where a sphere's normal points.
+/// Those of light fields, by what the texels of their directions see.
+#[test]
+fn spheres_of_light_fields_show_texels() {
+    const EDGE: u32 = 16;
+    let gpu = gpu();
+    let scene = bundled("cornell");
+    let entry = &light_field::ENTRY;
+    let pairs = ["radiance_texels=16", "rays=1", "placement=lattice"];
+    let renderer = renderer_of(&gpu, entry, &scene, &pairs);
+    let outer_layer = entry.settings(None, &pairs).unwrap().number("outer_layer");
+    let lattice = Lattice::within(scene.bounds().unwrap(), PROBES, outer_layer);
+    let oracle = RayOracle::new(&scene);
+    let reach = f64::from((lattice.spacing * (lattice.counts - 1).as_vec3()).length());
+    let seen = |probe: u32, normal: DVec3| {
+        let at = (oracle::octahedral(normal) * 0.5 + 0.5) * f64::from(EDGE);
+        let towards = oracle::direction_of(at.floor() + 0.5, EDGE).as_vec3();
+        oracle.closest((lattice.place(probe), towards, None))
+    };
+    let shown = view_of(&renderer, entry, "probe-distances").unwrap();
+    check_spheres(
+        &renderer,
+        &shown,
+        (&scene.camera, &lattice),
+        |probe, normal| {
+            seen(probe, normal).map_or(1.0, |hit| (f64::from(hit.distance) / reach).min(1.0))
+        },
+    );
+    // Walls are red, green and white: each shows on some sphere, and in the maps.
+    for name in ["probe-radiance", "probe-radiance-maps"] {
+        let shown = view_of(&renderer, entry, name).unwrap();
+        let count = |is_such: fn(&Vec3) -> bool| shown.pixels.iter().filter(|p| is_such(p)).count();
+        let red = count(|light| light.x > 2.0 * light.y);
+        let green = count(|light| light.y > 1.5 * light.x);
+        let white = count(|light| light.z > 0.5 * light.x);
+        println!("{name}: {red} red, {green} green, {white} white");
+        assert!(red > 20 && green > 20 && white > 20, "{name}");
+    }
+}
+
+/// Compares a view of distances with `distance` of a probe where a sphere's normal points.
 fn check_spheres(
     renderer: &Renderer<'_>,
-    camera: &Camera,
-    lattice: &Lattice,
+    shown: &Image,
+    (camera, lattice): (&Camera, &Lattice),
     distance: impl Fn(u32, DVec3) -> f64,
 ) {
-    let shown = view(renderer, "probe-distances").unwrap();
     let depth = renderer.aov(Aov::Depth).unwrap();
     let eye = camera.eye;
     let (mut spheres, mut off) = (0, 0);

@@ -8,6 +8,7 @@ use glam::Vec3;
 use super::figures;
 use super::list::Listed;
 use super::lookup::{Lookup, gather};
+use super::mirror::{self, MIRROR, SPECULAR_RULES, SPECULAR_SETTINGS};
 use super::passes::{
     BLEND, BLEND_SH, BOUNCE, EXPLORE, GATHER, GATHER_BY_RAYS, LIGHT, MOMENTS, MOMENTS_POWER,
     STRUCTS, SURFACES, TRACE,
@@ -20,10 +21,11 @@ use super::settings::{
 };
 use super::view::{self, VIEW, VIEWS};
 use super::volume::{Irradiance, Kept, Maps, Volume};
-use crate::gi::entry::{Entry, Stage};
+use crate::gi::entry::{Directions, Entry, Stage};
 use crate::gi::inspect::{BeamStart, ViewRow};
 use crate::gi::shared::bounces::LightBounces;
-use crate::gi::shared::paths::{self, PathScene};
+use crate::gi::shared::interleave;
+use crate::gi::shared::paths::{self, Mirrors, PathScene};
 use crate::gi::{Change, Context, Inputs, Inspect, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
 use crate::render::{GBuffer, GpuScene, Receivers};
@@ -34,8 +36,20 @@ pub static ENTRY: Entry = Entry {
     bounces: |settings| LightBounces::new(settings).count(),
     frames_to_rest: schedule::frames_to_rest,
     check: schedule::check,
-    settings: &[PLACEMENT, KEPT_SETTINGS, LOOKUP_SETTINGS, SETTINGS],
-    rules: &[PLACEMENT_RULES, RULES],
+    settings: &[
+        PLACEMENT,
+        KEPT_SETTINGS,
+        LOOKUP_SETTINGS,
+        SETTINGS,
+        SPECULAR_SETTINGS,
+        interleave::SPECULAR_SETTINGS,
+    ],
+    rules: &[
+        PLACEMENT_RULES,
+        RULES,
+        SPECULAR_RULES,
+        interleave::SPECULAR_RULES,
+    ],
     presets: PRESETS,
     passes: &[&[
         &EXPLORE,
@@ -49,6 +63,7 @@ pub static ENTRY: Entry = Entry {
         &BLEND_SH,
         &GATHER,
         &GATHER_BY_RAYS,
+        &MIRROR,
         &VIEW,
     ]],
     views: &[&VIEWS],
@@ -74,7 +89,12 @@ pub static ENTRY: Entry = Entry {
             "gather",
             &["probes.clear", "probes.gather", "probes.gather_by_rays"],
         ),
+        &Stage::picture("specular", &["probes.mirror"]),
     ],
+    directions: &[Directions {
+        pass: &MIRROR,
+        count: None,
+    }],
     ..Entry::new(
         "irradiance-probes",
         "a lattice of probes that know the irradiance of every direction and what they see",
@@ -82,7 +102,7 @@ pub static ENTRY: Entry = Entry {
     )
 };
 
-fn make(_context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
+fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
     let (bounces, schedule) = (LightBounces::new(settings), Schedule::new(settings));
     Ok(Box::new(IrradianceProbes {
         standing: Standing::new(settings),
@@ -100,6 +120,7 @@ fn make(_context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique
         schedule,
         uses_maps: settings.is("hit_light", "maps"),
         lookup: Lookup::new(settings),
+        mirrors: Mirrors::new(context, settings, "probes.specular")?,
         built: None,
     }))
 }
@@ -121,6 +142,15 @@ impl Built {
     fn maps(&self) -> &Maps {
         self.volume.lit(self.lit)
     }
+
+    /// What surfaces reflect of it towards surfaces that mirror them.
+    fn reflected(&self, bounces: LightBounces) -> Option<&Maps> {
+        match bounces {
+            LightBounces::Count(1) => None,
+            LightBounces::Count(count) => Some(self.volume.lit(count - 1)),
+            LightBounces::Feedback => Some(self.maps()),
+        }
+    }
 }
 
 struct IrradianceProbes {
@@ -132,6 +162,7 @@ struct IrradianceProbes {
     schedule: Schedule,
     uses_maps: bool,
     lookup: Lookup,
+    mirrors: Option<Mirrors>,
     built: Option<Built>,
 }
 
@@ -243,6 +274,13 @@ impl Technique for IrradianceProbes {
         let maps = built.maps();
         let of = (&built.volume, maps);
         gather(frame, receivers, &built.scene.rays, of, &self.lookup);
+    }
+
+    fn mirror(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> Option<Arc<Image>> {
+        let (built, mirrors) = (self.built.as_ref()?, self.mirrors.as_ref()?);
+        let of = (&built.volume, &self.lookup);
+        let how = (built.reflected(self.bounces), self.uses_maps);
+        Some(mirror::mirror(frame, given, mirrors, &built.scene, of, how))
     }
 }
 

@@ -9,6 +9,7 @@ pub mod lattice;
 pub mod light_field;
 pub mod list;
 pub mod lookup;
+pub mod mirror;
 pub mod oracle;
 pub mod passes;
 pub mod placement;

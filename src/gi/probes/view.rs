@@ -50,7 +50,13 @@ pub static VIEW: Pass = Pass {
     sets: Sets::Scene,
 };
 
-const fn row(name: &'static str, unit: &'static str, scale: Scale, help: &'static str) -> ViewRow {
+/// A view in colours.
+pub(super) const fn row(
+    name: &'static str,
+    unit: &'static str,
+    scale: Scale,
+    help: &'static str,
+) -> ViewRow {
     ViewRow {
         name,
         aliases: &[],

@@ -10,11 +10,11 @@ use std::sync::Arc;
 
 use super::entry::{Directions, Entry, Stage, Substitution};
 use super::shared::interleave::{self, Pattern};
-use super::shared::paths::{self, Cache, PathScene, paths_a_thread};
+use super::shared::paths::{self, Cache, Mirrors, PathScene, parts_of_rays, paths_a_thread};
 use super::shared::voxel;
 use super::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image, Pass, PassBuilder};
-use crate::render::{Receivers, screen_groups, screen_image};
+use crate::render::{Receivers, screen_groups};
 use settings::{PRESETS, RULES, RaySettings, SETTINGS};
 
 /// The row of the registry.
@@ -25,7 +25,7 @@ pub static ENTRY: Entry = Entry {
         interleave::SETTINGS,
         interleave::SPECULAR_SETTINGS,
     ],
-    rules: &[RULES, interleave::RULES],
+    rules: &[RULES, interleave::RULES, interleave::SPECULAR_RULES],
     presets: PRESETS,
     passes: &[
         &[&GATHER, &GATHER_CACHED, &MIRROR, &MIRROR_CACHED],
@@ -79,21 +79,14 @@ struct RayTraced {
     settings: RaySettings,
     scene: Option<PathScene>,
     cache: Option<Cache>,
-    mirrored: Option<Arc<Image>>,
+    mirrors: Option<Mirrors>,
 }
 
 impl RayTraced {
-    fn new(
-        &Context {
-            gpu, scene, size, ..
-        }: &Context<'_>,
-        settings: &Settings,
-    ) -> Result<Self, Error> {
+    fn new(context: &Context<'_>, settings: &Settings) -> Result<Self, Error> {
+        let &Context { gpu, scene, .. } = context;
+        let mirrors = Mirrors::new(context, settings, "ray_traced.specular")?;
         let settings = RaySettings::new(settings);
-        let mirrors = scene.is_glossy && settings.mirror_rays.is_some();
-        let mirrored = mirrors
-            .then(|| screen_image(gpu, "ray_traced.specular", size))
-            .transpose()?;
         let cache = (settings.cache_resolution)
             .map(|resolution| Cache::new(gpu, scene, resolution, settings.uses_maps))
             .transpose()?;
@@ -101,7 +94,7 @@ impl RayTraced {
             settings,
             scene: None,
             cache,
-            mirrored,
+            mirrors,
         })
     }
 
@@ -109,9 +102,7 @@ impl RayTraced {
     /// within what a device does.
     fn dispatches(&self, given: &Inputs<'_>, count: u32) -> impl Iterator<Item = [u32; 2]> {
         let most = paths_a_thread(given.scene, self.settings.bounces, self.settings.uses_maps);
-        (0..count)
-            .step_by(most as usize)
-            .map(move |first| [first, (first + most).min(count)])
+        parts_of_rays(count, most)
     }
 
     /// A pass, or the one that reads the cache, with what paths read of the scene.
@@ -206,18 +197,14 @@ impl Technique for RayTraced {
     }
 
     fn mirror(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> Option<Arc<Image>> {
-        let (scene, mirrored) = (self.scene.as_ref()?, self.mirrored.as_ref()?);
-        let (count, specular) = (self.settings.mirror_rays?, given.gbuffer.specular.as_ref()?);
-        for rays in self.dispatches(given, count) {
-            self.pass(frame, [&MIRROR, &MIRROR_CACHED], scene, given)
-                .bind("view_depth", &given.gbuffer.view_depth)
-                .bind("normals", &given.gbuffer.normals)
-                .bind("specular", specular)
-                .bind("indirect_specular", mirrored)
-                .push(&self.params(count, rays, self.settings.specular_pattern))
+        let (scene, mirrors) = (self.scene.as_ref()?, self.mirrors.as_ref()?);
+        for rays in self.dispatches(given, mirrors.rays) {
+            let pass = self.pass(frame, [&MIRROR, &MIRROR_CACHED], scene, given);
+            (mirrors.bind(pass, given.gbuffer))
+                .push(&self.params(mirrors.rays, rays, mirrors.pattern))
                 .dispatch(screen_groups(given.gbuffer.size));
         }
-        Some(Arc::clone(mirrored))
+        Some(Arc::clone(&mirrors.light))
     }
 }
 

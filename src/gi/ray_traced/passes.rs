@@ -1,6 +1,6 @@
 //! The passes, and what they are told.
 
-use crate::gi::shared::paths::{BINDINGS, CACHE_BINDINGS, CONSTANTS};
+use crate::gi::shared::paths::{BINDINGS, CACHE_BINDINGS, CONSTANTS, MIRROR_BINDINGS};
 use crate::gpu_struct;
 use crate::graph::pass::join;
 use crate::graph::{Access, Binding, Pass, Sets, Shaders};
@@ -39,15 +39,7 @@ const GATHER_BINDINGS: [Binding; 12] = join(
     ],
 );
 
-const MIRROR_BINDINGS: [Binding; 13] = join(
-    BINDINGS,
-    [
-        Binding::sampled("view_depth", Access::ComputeSampled),
-        Binding::sampled("normals", Access::ComputeSampled),
-        Binding::sampled("specular", Access::ComputeSampled),
-        Binding::image("indirect_specular", Access::ComputeReadWrite),
-    ],
-);
+const MIRRORED: [Binding; 13] = join(BINDINGS, MIRROR_BINDINGS);
 
 /// Diffuse light and visibility by paths. Reads the G-buffer, adds to an RGBA32F image; a thread a
 /// pixel.
@@ -73,7 +65,7 @@ pub static GATHER_CACHED: Pass = Pass {
 pub static MIRROR: Pass = Pass {
     name: "ray_traced.mirror",
     shaders: Shaders::Compute("gi/ray_traced/mirror.comp"),
-    bindings: &MIRROR_BINDINGS,
+    bindings: &MIRRORED,
     constants: &CONSTANTS,
     params: Some(PathParams::LAYOUT),
     sets: Sets::Scene,
@@ -82,7 +74,7 @@ pub static MIRROR: Pass = Pass {
 /// As [`MIRROR`], with the light of voxels at the last place of a path.
 pub static MIRROR_CACHED: Pass = Pass {
     shaders: Shaders::Compute("gi/ray_traced/mirror_cached.comp"),
-    bindings: &join::<_, 13, 4, 17>(MIRROR_BINDINGS, CACHE_BINDINGS),
+    bindings: &join::<_, 13, 4, 17>(MIRRORED, CACHE_BINDINGS),
     constants: CACHED_CONSTANTS,
     ..MIRROR
 };

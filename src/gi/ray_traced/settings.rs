@@ -97,24 +97,18 @@ pub(super) const RULES: &[Rule] = &[
 #[derive(Clone, Copy)]
 pub(super) struct RaySettings {
     pub(super) rays: u32,
-    /// None: nothing is mirrored.
-    pub(super) mirror_rays: Option<u32>,
     pub(super) bounces: u32,
     pub(super) hit_roughness: f32,
     pub(super) uses_maps: bool,
     /// Voxels of the cache along the largest extent of the scene; none: there is no cache.
     pub(super) cache_resolution: Option<u32>,
     pub(super) pattern: Pattern,
-    pub(super) specular_pattern: Pattern,
 }
 
 impl RaySettings {
     pub(super) fn new(settings: &Settings) -> Self {
         RaySettings {
             rays: settings.count("rays"),
-            mirror_rays: settings
-                .is("specular", "on")
-                .then(|| settings.count("mirror_rays")),
             bounces: settings.count("bounces"),
             hit_roughness: settings.number("hit_roughness"),
             uses_maps: settings.is("hit_light", "maps"),
@@ -122,7 +116,6 @@ impl RaySettings {
                 .is("cache", "voxels")
                 .then(|| settings.count("cache_resolution")),
             pattern: Pattern::new(settings),
-            specular_pattern: Pattern::specular(settings),
         }
     }
 }

@@ -99,7 +99,7 @@ pub(super) const fn entry(name: &'static str, summary: &'static str, make: Make)
             })
         },
         views: &[VIEWS],
-        rules: &[RULES, interleave::RULES],
+        rules: &[RULES, interleave::RULES, interleave::SPECULAR_RULES],
         ..Entry::new(name, summary, make)
     }
 }

@@ -10,6 +10,10 @@
 #ifdef CACHED
 #include "gi/shared/paths/cache.glsl"
 #endif
+#ifdef BEYOND
+// What the last place of a path reflects of the light that is there after more bounces.
+vec3 light_beyond(PathVertex v);
+#endif
 
 float power_heuristic(float own, float other) {
     float ratio = other / own;
@@ -130,6 +134,9 @@ vec3 light_along(PathVertex v, vec3 first, ivec2 pixel, uint n, uint bounces,
         radiance += throughput
             * light_straight(v, place == 0u ? 0u : frame.size_px.z, emitter_count,
                 numbers_for(pixel, n, place, 0u));
+#ifdef BEYOND
+        if (is_last) radiance += throughput * light_beyond(v);
+#endif
         if (is_last) break;
         vec3 direction = place == 0u ? first : scattered(v, numbers_for(pixel, n, place, 1u));
         vec4 reflected = reflected_towards(v, direction);

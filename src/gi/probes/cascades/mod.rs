@@ -15,22 +15,27 @@ use std::sync::Arc;
 use glam::Vec4;
 
 use super::lookup::{Lookup, Visibility};
+use super::mirror::{SPECULAR_RULES, SPECULAR_SETTINGS, parts_of};
 use super::passes::{BLEND, BLEND_SH, LIGHT, MOMENTS, MOMENTS_POWER, STRUCTS, SURFACES, TRACE};
 use super::rays::{MomentFilter, Moved};
 use super::settings::{KEPT_SETTINGS, LOOKUP_SETTINGS};
 use super::view::{self, LEVEL_VIEWS};
 use super::volume::{Irradiance, Kept, Maps};
-use crate::gi::entry::{Entry, Stage};
+use crate::gi::entry::{Directions, Entry, Stage};
 use crate::gi::inspect::ViewRow;
 use crate::gi::shared::bounces::LightBounces;
-use crate::gi::shared::paths::{self, PathScene};
+use crate::gi::shared::interleave;
+use crate::gi::shared::paths::{self, Mirrors, PathScene};
 use crate::gi::{Change, Context, Inputs, Inspect, Needs, Settings, Technique};
 use crate::graph::compute::linear_groups;
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
 use crate::render::{GBuffer, GpuScene, Receivers, screen_groups};
 use crate::scene::union;
 use layout::{Layout, Window};
-use passes::{BOUNCE, GATHER, LevelBounceParams, LevelViewParams, NEED, PLACE, VIEW};
+use passes::{
+    BOUNCE, GATHER, LevelBounceParams, LevelMirrorParams, LevelViewParams, MIRROR, NEED, PLACE,
+    VIEW,
+};
 use place::place;
 use pool::Key;
 use settings::{PRESETS, RULES, SETTINGS};
@@ -39,8 +44,14 @@ use store::Store;
 /// The row of the registry.
 pub static ENTRY: Entry = Entry {
     bounces: |settings| LightBounces::new(settings).count(),
-    settings: &[SETTINGS, KEPT_SETTINGS, LOOKUP_SETTINGS],
-    rules: &[RULES],
+    settings: &[
+        SETTINGS,
+        KEPT_SETTINGS,
+        LOOKUP_SETTINGS,
+        SPECULAR_SETTINGS,
+        interleave::SPECULAR_SETTINGS,
+    ],
+    rules: &[RULES, SPECULAR_RULES, interleave::SPECULAR_RULES],
     presets: PRESETS,
     passes: &[&[
         &NEED,
@@ -54,6 +65,7 @@ pub static ENTRY: Entry = Entry {
         &BLEND,
         &BLEND_SH,
         &GATHER,
+        &MIRROR,
         &VIEW,
     ]],
     views: &[&LEVEL_VIEWS],
@@ -76,7 +88,12 @@ pub static ENTRY: Entry = Entry {
         ),
         &Stage::store("bounces", &["cascades.bounce"]),
         &Stage::picture("gather", &["probes.clear", "cascades.gather"]),
+        &Stage::picture("specular", &["cascades.mirror"]),
     ],
+    directions: &[Directions {
+        pass: &MIRROR,
+        count: None,
+    }],
     ..Entry::new(
         "probe-cascades",
         "nested lattices of probes around the camera, as many as surfaces need",
@@ -112,6 +129,7 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
             crush: settings.number("crush"),
             rings: 2,
         },
+        mirrors: Mirrors::new(context, settings, "cascades.specular")?,
         built: None,
     }))
 }
@@ -128,6 +146,7 @@ struct ProbeCascades {
     bounces: LightBounces,
     uses_maps: bool,
     lookup: Lookup,
+    mirrors: Option<Mirrors>,
     built: Option<Built>,
 }
 
@@ -355,6 +374,30 @@ impl Technique for ProbeCascades {
             return;
         };
         store.gather(frame, receivers, &self.lookup, self.maps(store));
+    }
+
+    fn mirror(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> Option<Arc<Image>> {
+        let (built, mirrors) = (self.built.as_ref()?, self.mirrors.as_ref()?);
+        let store = &built.store;
+        // What rays hit has a bounce less behind it than surfaces that look probes up.
+        let (maps, has_light) = match self.bounces {
+            LightBounces::Count(count) => (store.volume().lit(1), count > 1),
+            LightBounces::Feedback => (self.maps(store), true),
+        };
+        for [first_ray, end_ray] in parts_of(mirrors, given.scene, self.uses_maps) {
+            let pass = (built.scene).bind(frame.pass(&MIRROR), given, self.uses_maps);
+            (store.bind(mirrors.bind(pass, given.gbuffer), &self.lookup, maps))
+                .push(&LevelMirrorParams {
+                    level_count: store.levels.len() as u32,
+                    ray_count: mirrors.rays,
+                    first_ray,
+                    end_ray,
+                    pattern: mirrors.pattern.bits(),
+                    has_light: u32::from(has_light),
+                })
+                .dispatch(screen_groups(given.gbuffer.size));
+        }
+        Some(Arc::clone(&mirrors.light))
     }
 }
 

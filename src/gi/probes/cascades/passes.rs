@@ -2,6 +2,7 @@
 
 use crate::gi::probes::list::LIST_BINDING;
 use crate::gi::probes::lookup::{LOOKUP_BINDINGS, LOOKUP_CONSTANTS};
+use crate::gi::probes::mirror::MIRRORED;
 use crate::gi::probes::passes::{ORPHANS_BINDING, RAYS};
 use crate::gi::shared::paths;
 use crate::gpu_struct;
@@ -127,6 +128,35 @@ pub static GATHER: Pass = Pass {
     ),
     constants: &LOOKUP_CONSTANTS,
     params: Some(LevelParams::LAYOUT),
+    sets: Sets::Scene,
+};
+
+gpu_struct! {
+    /// Parameters of `cascades.mirror`.
+    pub struct LevelMirrorParams {
+        /// Number of levels.
+        pub level_count: u32,
+        /// Rays of all dispatches.
+        pub ray_count: u32,
+        /// First ray of this dispatch, which adds to what those before it left.
+        pub first_ray: u32,
+        /// One beyond its last ray.
+        pub end_ray: u32,
+        /// Of a tile of pixels, as [`crate::gi::shared::interleave::Pattern`] packs it.
+        pub pattern: u32,
+        /// 1: what rays hit reflects the light of probes too.
+        pub has_light: u32,
+    }
+}
+
+/// Light that glossy surfaces mirror, by rays. Reads the G-buffer and maps, adds to an RGBA32F
+/// image; a thread a pixel.
+pub static MIRROR: Pass = Pass {
+    name: "cascades.mirror",
+    shaders: Shaders::Compute("gi/probes/cascades/mirror.comp"),
+    bindings: &join::<_, 13, 7, 20>(MIRRORED, LEVEL_BINDINGS),
+    constants: &join::<_, 6, 6, 12>(paths::CONSTANTS, LOOKUP_CONSTANTS),
+    params: Some(LevelMirrorParams::LAYOUT),
     sets: Sets::Scene,
 };
 

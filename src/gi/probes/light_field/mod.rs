@@ -4,6 +4,7 @@
 mod field;
 mod passes;
 mod settings;
+mod view;
 
 pub use field::Field;
 pub use passes::{
@@ -22,15 +23,17 @@ use super::rays::{Lighting, MomentFilter, ProbeRays};
 use super::settings::{PLACEMENT, PLACEMENT_RULES};
 use super::volume::{Irradiance, Kept, Volume};
 use crate::gi::entry::{Directions, Entry, Stage};
+use crate::gi::inspect::ViewRow;
 use crate::gi::shared::bounces::LightBounces;
 use crate::gi::shared::interleave::{self, Pattern};
 use crate::gi::shared::loops::LOOP_BUDGET;
-use crate::gi::shared::paths::{self, PathScene};
+use crate::gi::shared::paths::{self, Mirrors, PathScene, parts_of_rays};
 use crate::gi::{Change, Context, Inputs, Inspect, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image, PassBuilder};
 use crate::render::bvh::TURNS_A_RAY;
-use crate::render::{GpuScene, Receivers, screen_groups, screen_image};
+use crate::render::{GBuffer, GpuScene, Receivers, screen_groups};
 use settings::{FieldRaySettings, LOOKUP, MOMENT_TEXELS, PRESETS, RULES, SETTINGS};
+use view::{VIEW, VIEWS};
 
 /// The row of the registry.
 pub static ENTRY: Entry = Entry {
@@ -42,7 +45,12 @@ pub static ENTRY: Entry = Entry {
         interleave::SETTINGS,
         interleave::SPECULAR_SETTINGS,
     ],
-    rules: &[PLACEMENT_RULES, RULES, interleave::RULES],
+    rules: &[
+        PLACEMENT_RULES,
+        RULES,
+        interleave::RULES,
+        interleave::SPECULAR_RULES,
+    ],
     presets: PRESETS,
     passes: &[&[
         &EXPLORE,
@@ -56,7 +64,9 @@ pub static ENTRY: Entry = Entry {
         &LIGHT,
         &GATHER,
         &MIRROR,
+        &VIEW,
     ]],
+    views: &[&VIEWS],
     structs: &[paths::STRUCTS, super::passes::STRUCTS],
     stages: &[
         &Stage::store("hierarchy", paths::HOST_PASSES),
@@ -96,25 +106,15 @@ pub static ENTRY: Entry = Entry {
     )
 };
 
-fn make(
-    &Context {
-        gpu, scene, size, ..
-    }: &Context<'_>,
-    settings: &Settings,
-) -> Result<Box<dyn Technique>, Error> {
-    let field_rays = FieldRaySettings::new(settings);
-    let mirrors = scene.is_glossy && field_rays.mirror_rays.is_some();
-    let mirrored = mirrors
-        .then(|| screen_image(gpu, "light_field.specular", size))
-        .transpose()?;
+fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
     Ok(Box::new(LightFieldProbes {
         standing: Standing::new(settings),
         texels: settings.count("radiance_texels"),
         probe_rays: settings.count("probe_rays"),
         bounces: LightBounces::new(settings),
         uses_maps: settings.is("hit_light", "maps"),
-        field_rays,
-        mirrored,
+        field_rays: FieldRaySettings::new(settings),
+        mirrors: Mirrors::new(context, settings, "light_field.specular")?,
         built: None,
     }))
 }
@@ -138,7 +138,7 @@ struct LightFieldProbes {
     bounces: LightBounces,
     uses_maps: bool,
     field_rays: FieldRaySettings,
-    mirrored: Option<Arc<Image>>,
+    mirrors: Option<Mirrors>,
     built: Option<Built>,
 }
 
@@ -187,9 +187,7 @@ impl LightFieldProbes {
         };
         let unknown = TURNS_A_RAY * (1 + lights);
         let most = (LOOP_BUDGET / (PROBES_A_RAY * 4 * self.texels + unknown)).max(1);
-        (0..count)
-            .step_by(most as usize)
-            .map(move |first| [first, (first + most).min(count)])
+        parts_of_rays(count, most)
     }
 
     /// A pass with what rays through the field read.
@@ -338,22 +336,15 @@ impl Technique for LightFieldProbes {
     }
 
     fn mirror(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> Option<Arc<Image>> {
-        let (built, mirrored) = (self.built.as_ref()?, self.mirrored.as_ref()?);
-        let (count, specular) = (
-            self.field_rays.mirror_rays?,
-            given.gbuffer.specular.as_ref()?,
-        );
-        let pattern = self.field_rays.specular_pattern;
+        let (built, mirrors) = (self.built.as_ref()?, self.mirrors.as_ref()?);
+        let (count, pattern) = (mirrors.rays, mirrors.pattern);
         for part in self.dispatches(given.scene, count) {
-            self.bind(frame.pass(&MIRROR), built, given)
-                .bind("view_depth", &given.gbuffer.view_depth)
-                .bind("normals", &given.gbuffer.normals)
-                .bind("specular", specular)
-                .bind("indirect_specular", mirrored)
+            let pass = self.bind(frame.pass(&MIRROR), built, given);
+            (mirrors.bind(pass, given.gbuffer))
                 .push(&self.params(&built.volume, count, part, pattern))
                 .dispatch(screen_groups(given.gbuffer.size));
         }
-        Some(Arc::clone(mirrored))
+        Some(Arc::clone(&mirrors.light))
     }
 }
 
@@ -365,5 +356,21 @@ impl Inspect for LightFieldProbes {
         let mut counts = built.scene.counts();
         counts.push(("probes", built.volume.lattice.probe_count().into()));
         Ok(counts)
+    }
+
+    fn levels(&self, view: &ViewRow) -> u32 {
+        u32::from(self.built.is_some() && VIEWS.contains(view))
+    }
+
+    fn draw_view(
+        &self,
+        frame: &mut Frame,
+        (view, _level): (&ViewRow, u32),
+        gbuffer: &GBuffer,
+        seen: &Arc<Image>,
+    ) {
+        let Some(built) = &self.built else { return };
+        let of = (&built.volume, &built.field);
+        view::draw(frame, view, of, (gbuffer, seen));
     }
 }

@@ -145,15 +145,7 @@ pub static MIRROR: Pass = Pass {
     name: "light_field.mirror",
     shaders: Shaders::Compute("gi/probes/light_field/mirror.comp"),
     bindings: &join::<_, 13, 7, 20>(
-        join::<_, 9, 4, 13>(
-            paths::BINDINGS,
-            [
-                Binding::sampled("view_depth", Access::ComputeSampled),
-                Binding::sampled("normals", Access::ComputeSampled),
-                Binding::sampled("specular", Access::ComputeSampled),
-                Binding::image("indirect_specular", Access::ComputeReadWrite),
-            ],
-        ),
+        join::<_, 9, 4, 13>(paths::BINDINGS, paths::MIRROR_BINDINGS),
         FIELD_BINDINGS,
     ),
     constants: &FIELD_CONSTANTS,

@@ -152,29 +152,22 @@ pub(super) const MOMENT_TEXELS: u32 = 16;
 #[derive(Clone, Copy)]
 pub(super) struct FieldRaySettings {
     pub(super) rays: u32,
-    /// None: nothing is mirrored.
-    pub(super) mirror_rays: Option<u32>,
     pub(super) has_thickness: bool,
     pub(super) thickness_m: f32,
     pub(super) origin_bias: f32,
     pub(super) unknown_by_rays: bool,
     pub(super) pattern: Pattern,
-    pub(super) specular_pattern: Pattern,
 }
 
 impl FieldRaySettings {
     pub(super) fn new(settings: &Settings) -> Self {
         FieldRaySettings {
             rays: settings.count("rays"),
-            mirror_rays: settings
-                .is("specular", "on")
-                .then(|| settings.count("mirror_rays")),
             has_thickness: settings.is("trace_mode", "thickness"),
             thickness_m: settings.number("thickness"),
             origin_bias: settings.number("origin_bias"),
             unknown_by_rays: settings.is("unknown", "rays"),
             pattern: Pattern::new(settings),
-            specular_pattern: Pattern::specular(settings),
         }
     }
 }

@@ -68,20 +68,22 @@ pub static SETTINGS: &[Setting] = &[
     },
 ];
 
-/// In which group they and those of reflections are, and when they have an effect.
+/// In which group they are, and when they have an effect.
 pub const RULES: &[Rule] = &[
     Rule::always(Group::Screen, &["interleave", "interleave_rows"]),
-    Rule {
-        group: Group::Screen,
-        settings: &["specular_interleave"],
-        applies: |settings| settings.is("specular", "on"),
-    },
     Rule {
         group: Group::Screen,
         settings: &["interleave_window", "interleave_order", "interleave_turn"],
         applies: |settings| Pattern::new(settings).count() > 1,
     },
 ];
+
+/// The same of patterns of glossy reflections.
+pub const SPECULAR_RULES: &[Rule] = &[Rule {
+    group: Group::Screen,
+    settings: &["specular_interleave"],
+    applies: |settings| !settings.is("specular", "off"),
+}];
 
 /// The setting of patterns of glossy reflections.
 pub static SPECULAR_SETTINGS: &[Setting] = &[Setting {

@@ -2,8 +2,10 @@
 //! on a path from the lights and from what emits, and what it scatters.
 
 mod cache;
+mod mirror;
 
 pub use cache::{CACHE_BINDINGS, Cache};
+pub use mirror::{MIRROR_BINDINGS, Mirrors};
 
 use super::loops::LOOP_BUDGET;
 use crate::gi::settings::{Domain, Setting};
@@ -131,6 +133,14 @@ pub fn needs(uses_maps: bool) -> Needs {
         maps,
         motion: false,
     }
+}
+
+/// First ray, and one beyond the last, of as many dispatches as it takes if a thread follows
+/// `most`.
+pub fn parts_of_rays(count: u32, most: u32) -> impl Iterator<Item = [u32; 2]> {
+    (0..count)
+        .step_by(most as usize)
+        .map(move |first| [first, (first + most).min(count)])
 }
 
 /// Paths of this many bounces that a thread may follow within the budget of its loops, at least
