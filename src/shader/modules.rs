@@ -153,6 +153,7 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/probes/light_field/view.comp.spv"),
     ),
     ("gi/probes/light_query.comp", include_bytes!("../../spirv/gi/probes/light_query.comp.spv")),
+    ("gi/probes/light_voxels.comp", include_bytes!("../../spirv/gi/probes/light_voxels.comp.spv")),
     ("gi/probes/mirror.comp", include_bytes!("../../spirv/gi/probes/mirror.comp.spv")),
     ("gi/probes/mirror_query.comp", include_bytes!("../../spirv/gi/probes/mirror_query.comp.spv")),
     ("gi/probes/moments.comp", include_bytes!("../../spirv/gi/probes/moments.comp.spv")),
@@ -164,6 +165,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         "gi/probes/moments_query.comp",
         include_bytes!("../../spirv/gi/probes/moments_query.comp.spv"),
     ),
+    (
+        "gi/probes/moments_voxels.comp",
+        include_bytes!("../../spirv/gi/probes/moments_voxels.comp.spv"),
+    ),
     ("gi/probes/surfaces.comp", include_bytes!("../../spirv/gi/probes/surfaces.comp.spv")),
     (
         "gi/probes/surfaces_query.comp",
@@ -171,6 +176,7 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ),
     ("gi/probes/trace.comp", include_bytes!("../../spirv/gi/probes/trace.comp.spv")),
     ("gi/probes/trace_query.comp", include_bytes!("../../spirv/gi/probes/trace_query.comp.spv")),
+    ("gi/probes/trace_voxels.comp", include_bytes!("../../spirv/gi/probes/trace_voxels.comp.spv")),
     ("gi/probes/view.comp", include_bytes!("../../spirv/gi/probes/view.comp.spv")),
     ("gi/ray_traced/gather.comp", include_bytes!("../../spirv/gi/ray_traced/gather.comp.spv")),
     (

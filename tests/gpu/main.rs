@@ -57,6 +57,7 @@ mod probes_place;
 mod probes_rooms;
 mod probes_time;
 mod probes_view;
+mod probes_voxels;
 mod properties;
 mod ray_spaces;
 mod rays;

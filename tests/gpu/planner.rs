@@ -126,7 +126,30 @@ struct Life {
 }
 
 /// Few, which run every pass of every technique between them.
-const LIVES: [Life; 48] = [
+const LIVES: [Life; 50] = [
+    Life {
+        technique: "irradiance-probes",
+        preset: Some("default"),
+        pairs: &[
+            ("probes", "4"),
+            ("rays", "32"),
+            ("source", "voxels"),
+            ("source_resolution", "16"),
+            ("bounces", "2"),
+        ],
+        surfaces: Surfaces::Emissive,
+    },
+    Life {
+        technique: "irradiance-probes",
+        preset: Some("fast"),
+        pairs: &[
+            ("probes", "4"),
+            ("source", "voxels"),
+            ("source_resolution", "16"),
+            ("trace", "each-frame"),
+        ],
+        surfaces: Surfaces::Glossy,
+    },
     Life {
         technique: "probe-cascades",
         preset: Some("default"),

@@ -50,6 +50,9 @@ const MOVED: &[(&str, &str)] = &[("placement", "snap")];
 /// On top of the default presets of techniques that may keep harmonics in place of maps.
 const MAPS: &[(&str, &str)] = &[("irradiance", "oct")];
 
+/// On top of the default presets of techniques whose rays may meet voxels.
+const VOXELS: &[(&str, &str)] = &[("source", "voxels"), ("source_resolution", "32")];
+
 /// On top of the default presets: what pixels share.
 const SHARED: [&[(&str, &str)]; 2] = [
     &[("history", "2"), ("blur", "even")],
@@ -116,11 +119,15 @@ fn combinations() -> Vec<(Case, Vec<(&'static str, &'static str)>)> {
     let mapped = default_cases().into_iter();
     let mapped = mapped.filter(|case| has(case, "irradiance"));
     let mapped = mapped.map(|case| (case, MAPS.to_vec()));
+    let voxels = default_cases().into_iter();
+    let voxels = voxels.filter(|case| has(case, "source_resolution"));
+    let voxels = voxels.map(|case| (case, VOXELS.to_vec()));
     let shared = default_cases().into_iter();
     let shared = shared.flat_map(|case| SHARED.map(|pairs| (case, pairs.to_vec())));
     (presets.chain(more).chain(streams).chain(bounces))
         .chain(moved)
         .chain(mapped)
+        .chain(voxels)
         .chain(shared)
         .collect()
 }

@@ -4,17 +4,40 @@
 // over rays of each texel's own square. A thread a texel.
 layout(local_size_x = 64) in;
 
+#ifdef VOXELS
+#define SPACE_BINDING 0
+#define SPACE_CONSTANT 0
+#define FIRST_BINDING 4
+const uint KEEPS = 0;
+#else
 #include "render/bvh/bindings.glsl"
-
+#define FIRST_BINDING 5
 layout(constant_id = 3) const uint KEEPS = 0;   // 1: texels stay whose rays see nothing that moved
+#endif
 
-layout(std430, set = 1, binding = 5) restrict readonly buffer ProbePlaces { vec4 probe_places[]; };
-layout(set = 1, binding = 6, rg16f) uniform restrict writeonly image2D probe_moments;
-#define LIST_BINDING 7
+layout(std430, set = 1, binding = FIRST_BINDING) restrict readonly buffer ProbePlaces {
+    vec4 probe_places[];
+};
+layout(set = 1, binding = FIRST_BINDING + 1, rg16f) uniform restrict writeonly image2D
+    probe_moments;
+#define LIST_BINDING FIRST_BINDING + 2
 
 #include "gi/probes/moments.glsl"
 #include "gi/probes/touches.glsl"
+#ifdef VOXELS
+#include "gi/probes/voxels.glsl"
+#else
 #include "render/bvh/traverse.glsl"
+#endif
+
+// How far ray `ray` of a texel sees [m].
+float distance_along(vec3 place, vec3 direction, uint texel, uint ray) {
+#ifdef VOXELS
+    return voxel_along(place, direction, texel, ray).distance;
+#else
+    return closest_hit(place, direction, NO_TRIANGLE).t;
+#endif
+}
 
 // Rays along each axis of a texel.
 const uint RAYS = 2u;
@@ -38,6 +61,6 @@ void main() {
     }
     vec2 sum = vec2(0.0);
     for (uint i = 0u; i < RAYS * RAYS; ++i)
-        sum += moments_of(closest_hit(place.xyz, ray_of_texel(texel, i), NO_TRIANGLE).t);
+        sum += moments_of(distance_along(place.xyz, ray_of_texel(texel, i), index, i));
     store_moments(index, sum / float(RAYS * RAYS));
 }

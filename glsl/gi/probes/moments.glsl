@@ -9,6 +9,8 @@
 layout(push_constant) uniform MomentParams {
     vec4 low;            // xyz: the box in which something has moved [m]
     vec4 high;
+    vec4 grid;           // xyz: smallest corner of the grid of voxels; w: their edge [m]
+    uint resolution;     // edge of the grid [voxels]
     uint columns;
     uint edge;           // of a map [texels]
     uint first_probe;    // of the list

@@ -21,12 +21,16 @@ use super::settings::{
 };
 use super::view::{self, VIEW, VIEWS};
 use super::volume::{Irradiance, Kept, Maps, Volume};
+use super::voxels::{
+    LIGHT_VOXELS, MOMENTS_VOXELS, SOURCE_RULES, SOURCE_SETTINGS, TRACE_VOXELS, VoxelSource,
+};
 use crate::gi::entry::{Directions, Entry, Stage};
 use crate::gi::inspect::{BeamStart, ViewRow};
 use crate::gi::shared::bounces::LightBounces;
 use crate::gi::shared::interleave;
 use crate::gi::shared::paths::{self, Mirrors, PathScene};
-use crate::gi::{Change, Context, Inputs, Inspect, Needs, Settings, Technique};
+use crate::gi::shared::voxel;
+use crate::gi::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
 use crate::render::{GBuffer, GpuScene, Receivers};
 use crate::scene::union;
@@ -41,35 +45,45 @@ pub static ENTRY: Entry = Entry {
         KEPT_SETTINGS,
         LOOKUP_SETTINGS,
         SETTINGS,
+        SOURCE_SETTINGS,
         SPECULAR_SETTINGS,
         interleave::SPECULAR_SETTINGS,
     ],
     rules: &[
         PLACEMENT_RULES,
         RULES,
+        SOURCE_RULES,
         SPECULAR_RULES,
         interleave::SPECULAR_RULES,
     ],
     presets: PRESETS,
-    passes: &[&[
-        &EXPLORE,
-        &TRACE,
-        &SURFACES,
-        &MOMENTS,
-        &MOMENTS_POWER,
-        &LIGHT,
-        &BOUNCE,
-        &BLEND,
-        &BLEND_SH,
-        &GATHER,
-        &GATHER_BY_RAYS,
-        &MIRROR,
-        &VIEW,
-    ]],
+    passes: &[
+        &[
+            &EXPLORE,
+            &TRACE,
+            &SURFACES,
+            &MOMENTS,
+            &MOMENTS_POWER,
+            &LIGHT,
+            &BOUNCE,
+            &BLEND,
+            &BLEND_SH,
+            &GATHER,
+            &GATHER_BY_RAYS,
+            &MIRROR,
+            &VIEW,
+            &TRACE_VOXELS,
+            &MOMENTS_VOXELS,
+            &LIGHT_VOXELS,
+        ],
+        voxel::PASSES,
+    ],
     views: &[&VIEWS],
-    structs: &[paths::STRUCTS, STRUCTS],
+    structs: &[paths::STRUCTS, voxel::STRUCTS, STRUCTS],
     stages: &[
         &Stage::store("hierarchy", paths::HOST_PASSES),
+        &voxel::VOXELIZATION,
+        &voxel::LIGHT_INJECTION,
         &Stage::store("placement", &["probes.explore"]),
         &Stage::store(
             "tracing",
@@ -78,11 +92,18 @@ pub static ENTRY: Entry = Entry {
                 "probes.surfaces",
                 "probes.moments",
                 "probes.moments_power",
+                "probes.trace_voxels",
+                "probes.moments_voxels",
             ],
         ),
         &Stage::store(
             "lighting",
-            &["probes.light", "probes.blend", "probes.blend_sh"],
+            &[
+                "probes.light",
+                "probes.light_voxels",
+                "probes.blend",
+                "probes.blend_sh",
+            ],
         ),
         &Stage::store("bounces", &["probes.bounce"]),
         &Stage::picture(
@@ -104,6 +125,7 @@ pub static ENTRY: Entry = Entry {
 
 fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
     let (bounces, schedule) = (LightBounces::new(settings), Schedule::new(settings));
+    let uses_maps = settings.is("hit_light", "maps");
     Ok(Box::new(IrradianceProbes {
         standing: Standing::new(settings),
         moment_filter: MomentFilter::new(settings),
@@ -118,7 +140,8 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
         },
         bounces,
         schedule,
-        uses_maps: settings.is("hit_light", "maps"),
+        uses_maps,
+        voxels: VoxelSource::new(context, settings, uses_maps)?,
         lookup: Lookup::new(settings),
         mirrors: Mirrors::new(context, settings, "probes.specular")?,
         built: None,
@@ -161,6 +184,8 @@ struct IrradianceProbes {
     bounces: LightBounces,
     schedule: Schedule,
     uses_maps: bool,
+    /// What rays meet, where that is not triangles.
+    voxels: Option<VoxelSource>,
     lookup: Lookup,
     mirrors: Option<Mirrors>,
     built: Option<Built>,
@@ -200,22 +225,39 @@ impl IrradianceProbes {
         probes: Listed<'_>,
         moved: Option<Moved>,
     ) {
-        let (paths, volume) = (&built.scene, &built.volume);
-        (built.rays).trace(frame, (scene, paths), volume, probes, moved);
-        let filter = self.moment_filter;
-        (built.rays).moments(frame, &paths.rays, (volume, probes), filter, moved);
+        let (paths, volume, rays) = (&built.scene, &built.volume, &built.rays);
+        let (filter, of) = (self.moment_filter, (volume, probes));
+        if let Some(voxels) = &self.voxels {
+            let by_rays = filter == MomentFilter::Box;
+            voxels.trace(frame, rays, volume, probes, by_rays);
+            if by_rays {
+                return;
+            }
+        } else {
+            rays.trace(frame, (scene, paths), volume, probes, moved);
+        }
+        rays.moments(frame, &paths.rays, of, filter, moved);
     }
 }
 
 impl Technique for IrradianceProbes {
     fn needs(&self) -> Needs {
-        paths::needs(self.uses_maps)
+        match (&self.voxels, self.uses_maps) {
+            (Some(_), true) => Needs {
+                maps: MapNeeds::Reflective,
+                motion: false,
+            },
+            (_, uses_maps) => paths::needs(uses_maps),
+        }
     }
 
     fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
         self.built = None;
         let &Context { gpu, scene, .. } = context;
         let (own, mut stats) = PathScene::build(gpu, scene)?;
+        if let Some(voxels) = &mut self.voxels {
+            stats.append(voxels.build(gpu, scene)?);
+        }
         let lattice = self.standing.lattice(scene);
         let mut built = Built {
             scene: own,
@@ -242,6 +284,9 @@ impl Technique for IrradianceProbes {
             return self.build(context);
         };
         let mut stats = built.scene.follow(context.gpu, context.scene)?;
+        if let Some(voxels) = &mut self.voxels {
+            stats.append(voxels.follow(context.gpu, context.scene)?);
+        }
         stats.append(self.place(context, &mut built)?);
         self.built = Some(built);
         Ok(stats)
@@ -252,6 +297,9 @@ impl Technique for IrradianceProbes {
             return;
         };
         built.volume.forget_orphans(frame);
+        if let Some(voxels) = &self.voxels {
+            voxels.light(frame, given, &built.scene.rays);
+        }
         let probes = self.schedule.probes(built.volume.listed());
         if self.schedule.traces {
             self.trace(frame, given.scene, &built, probes, None);
@@ -262,6 +310,7 @@ impl Technique for IrradianceProbes {
             bounces: &bounces,
             uses_maps: self.uses_maps,
             kept: self.schedule.kept(),
+            voxels: self.voxels.as_ref(),
         };
         let of = (&built.volume, probes);
         built.rays.light(frame, given, &built.scene, of, how);
@@ -290,6 +339,9 @@ impl Inspect for IrradianceProbes {
             return Ok(Vec::new());
         };
         let mut counts = built.scene.counts();
+        if let Some(voxels) = &self.voxels {
+            counts.extend(voxels.counts(gpu)?);
+        }
         counts.push(("probes", built.volume.lattice.probe_count().into()));
         counts.push(built.volume.count_orphans(gpu)?);
         Ok(counts)

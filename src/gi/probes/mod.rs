@@ -20,6 +20,7 @@ mod settings;
 pub mod snap;
 pub mod view;
 pub mod volume;
+pub mod voxels;
 
 pub use lattice::Lattice;
 pub use passes::{

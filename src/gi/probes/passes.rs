@@ -67,6 +67,11 @@ gpu_struct! {
         pub low: [f32; 4],
         /// xyz: its largest corner (m).
         pub high: [f32; 4],
+        /// xyz: smallest corner of the grid of voxels (m); w: edge of its voxels (m); only where
+        /// rays meet those.
+        pub grid: [f32; 4],
+        /// Edge of the grid (voxels).
+        pub resolution: u32,
         /// Maps beside each other in the image.
         pub columns: u32,
         /// Edge of a map (texels).

@@ -12,6 +12,7 @@ use super::passes::{
     MomentParams, RayParams, SURFACES, TRACE, TraceParams,
 };
 use super::volume::{Maps, Volume, store_image};
+use super::voxels::VoxelSource;
 use crate::gi::shared::paths::PathScene;
 use crate::gi::{Inputs, Settings};
 use crate::graph::compute::linear_groups;
@@ -47,6 +48,8 @@ pub struct Lighting<'l> {
     pub uses_maps: bool,
     /// The share that stays of what probes have had, 0 to 1.
     pub kept: f32,
+    /// What rays have met, where that is not triangles.
+    pub voxels: Option<&'l VoxelSource>,
 }
 
 /// Rays that come as near to a box as this share of its largest coordinate come through it.
@@ -198,10 +201,7 @@ impl ProbeRays {
         if !volume.has_moments {
             return;
         }
-        let texels = volume.moment_texels * volume.moment_texels;
-        let all = probes.count * texels;
-        let [low, high] = corners(moved);
-        let cell_m = volume.lattice.cell();
+        let params = self.moment_params(volume, probes, moved);
         let pass = match filter {
             MomentFilter::Box => triangles
                 .bind(frame.pass(&MOMENTS))
@@ -215,18 +215,31 @@ impl ProbeRays {
         probes
             .bind(pass)
             .bind("probe_moments", &volume.moments)
-            .push(&MomentParams {
-                low,
-                high,
-                columns: volume.columns,
-                edge: volume.moment_texels,
-                first_probe: probes.first,
-                all,
-                ray_count: self.count,
-                cell_m,
-                reach: volume.reach(),
-            })
-            .dispatch(linear_groups(all));
+            .push(&params)
+            .dispatch(linear_groups(params.all));
+    }
+
+    /// What passes are told that find out how far these probes see.
+    pub(super) fn moment_params(
+        &self,
+        volume: &Volume,
+        probes: Listed<'_>,
+        moved: Option<Moved>,
+    ) -> MomentParams {
+        let [low, high] = corners(moved);
+        MomentParams {
+            low,
+            high,
+            grid: [0.0; 4],
+            resolution: 0,
+            columns: volume.columns,
+            edge: volume.moment_texels,
+            first_probe: probes.first,
+            all: probes.count * volume.moment_texels * volume.moment_texels,
+            ray_count: self.count,
+            cell_m: volume.lattice.cell(),
+            reach: volume.reach(),
+        }
     }
 
     /// What the rays of each probe that have been traced meet: their directions, and how far they
@@ -264,7 +277,10 @@ impl ProbeRays {
         let last = how.bounces.len();
         let kept = |bounce: usize| if bounce == last { how.kept } else { 0.0 };
         for part in self.parts(probes) {
-            self.straight(frame, given, scene, (volume, part), how.uses_maps);
+            match how.voxels {
+                Some(voxels) => voxels.straight(frame, self, part),
+                None => self.straight(frame, given, scene, (volume, part), how.uses_maps),
+            }
             self.blend(frame, volume, part, [first, first], (false, kept(0)));
         }
         for (index, bounce) in (1..).zip(how.bounces) {

@@ -88,7 +88,7 @@ impl RayTraced {
         let mirrors = Mirrors::new(context, settings, "ray_traced.specular")?;
         let settings = RaySettings::new(settings);
         let cache = (settings.cache_resolution)
-            .map(|resolution| Cache::new(gpu, scene, resolution, settings.uses_maps))
+            .map(|resolution| Cache::new(gpu, scene, resolution, (settings.uses_maps, false)))
             .transpose()?;
         Ok(RayTraced {
             settings,

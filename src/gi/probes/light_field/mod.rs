@@ -307,6 +307,7 @@ impl Technique for LightFieldProbes {
                 bounces: &bounces,
                 uses_maps: self.uses_maps,
                 kept: 0.0,
+                voxels: None,
             };
             let of = (&built.volume, built.volume.listed());
             (built.rays).light(frame, given, &built.scene, of, how);

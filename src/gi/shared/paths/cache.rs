@@ -25,11 +25,12 @@ pub struct Cache {
 
 impl Cache {
     /// Nothing is built yet. `uses_maps`: reflective shadow maps light the voxels, and not rays.
+    /// Places meet what emits themselves, or (`has_emission`) it is in the light of voxels too.
     pub fn new(
         gpu: &Gpu,
         scene: &GpuScene,
         resolution: u32,
-        uses_maps: bool,
+        (uses_maps, has_emission): (bool, bool),
     ) -> Result<Self, Error> {
         let (injection, occlusion) = if uses_maps {
             (Injection::Rsm, Occlusion::ShadowMap)
@@ -38,8 +39,11 @@ impl Cache {
         };
         let light = LightSettings {
             occlusion,
-            // Paths meet what emits themselves.
-            emission: EmissionSeenBy::Mirror,
+            emission: if has_emission {
+                EmissionSeenBy::All
+            } else {
+                EmissionSeenBy::Mirror
+            },
             ..LightSettings::direct(injection, Sides::Six)
         };
         let settings = VoxelSettings::exact(resolution);

@@ -1,0 +1,184 @@
+//! Probes whose rays meet voxels: each ray ends where the oracle says, and brings that light.
+
+use glam::{DVec3, Vec3};
+use lumivox::frame::Renderer;
+use lumivox::gi::probes::irradiance::ENTRY;
+use lumivox::gi::probes::oracle::{ray_set, turn_of};
+use lumivox::gi::probes::voxels::VoxelSource;
+use lumivox::gi::shared::voxel::oracle::{Crossing, Receiver, TraceGrid, TraceSettings, crossings};
+use lumivox::graph::{Frame, Gpu};
+use lumivox::image::{Aov, Image};
+use lumivox::scene::Scene;
+
+use super::probes::{texels, traced};
+use crate::support::scenes::{Corners, add_model, bundled, lump, scene_of, still};
+use crate::support::technique::{Surfaces, frame, largest_difference, small_lights, small_room};
+use crate::support::voxels::{coordinates, read, trace_voxel};
+use crate::support::{Random, gpu};
+
+/// Nothing is the probe itself.
+const NOBODY: Receiver = Receiver {
+    position: DVec3::ZERO,
+    geometric_normal: DVec3::ZERO,
+    shading_normal: DVec3::ZERO,
+};
+
+#[test]
+fn rays_end_in_the_oracles_voxels() {
+    const RESOLUTION: u32 = 16;
+    let gpu = gpu();
+    let lights = small_lights().map(|(_, light)| light).to_vec();
+    for scene in [bundled("cornell"), small_room(Surfaces::Glossy, lights)] {
+        let of = traced(&gpu, &scene, [3, 64], [8, 8]);
+        let mut source = VoxelSource::of(&gpu, &of.on_gpu, RESOLUTION, false).unwrap();
+        source.build(&gpu, &of.on_gpu).unwrap();
+        let mut frame = Frame::new();
+        frame.set_scene(&of.on_gpu.set, &of.on_gpu.materials);
+        source.trace(&mut frame, &of.rays, &of.volume, of.volume.listed(), true);
+        gpu.submit(frame).unwrap();
+        let found: Vec<[u32; 4]> = texels(&gpu, &of.rays.hits);
+        let read = read(&gpu, source.voxels().unwrap().clone());
+        let voxels = read.records.iter();
+        let grid = TraceGrid {
+            resolution: RESOLUTION,
+            voxels: voxels
+                .map(|voxel| (coordinates(voxel), trace_voxel(voxel, [DVec3::ZERO; 2])))
+                .collect(),
+        };
+        let [row, edge] = [
+            read.voxels.grid.origin,
+            Vec3::splat(read.voxels.grid.voxel_size),
+        ];
+        let set = ray_set(of.rays.count);
+        let (mut all, mut off, mut hits, mut unclear) = (0, 0, 0, 0);
+        for (probe, place) in (0..).zip(of.volume.lattice.places()) {
+            let origin = ((place - row) / edge).as_dvec3();
+            // On a face of voxels rounding decides in which one it is.
+            if (origin - origin.round()).abs().min_element() < 1e-3 {
+                continue;
+            }
+            for (ray, direction) in (0..).zip(&set) {
+                let direction = turn_of(probe) * *direction;
+                let settings = TraceSettings {
+                    self_height: -1.0,
+                    contour_slack: 0.0,
+                    seed: probe,
+                    ray,
+                };
+                let hit = found[(probe * of.rays.count + ray) as usize];
+                let slot = (hit[0] != u32::MAX).then_some(hit[0] & 0x3fff_ffff);
+                let seen = slot.map(|slot| coordinates(&read.records[slot as usize]));
+                let ways = crossings(&grid, origin, direction, &NOBODY, &settings);
+                let end = ways.iter().position(|way| way.margin >= 0.0);
+                let until = end.map_or(ways.len(), |end| end + 1);
+                // Where a ray grazes a voxel, or nearly passes by its surface, rounding decides.
+                let is_clear =
+                    |way: &Crossing| way.margin.abs() > 2e-3 && way.exit - way.entry > 1e-3;
+                if !ways[..until].iter().all(is_clear) {
+                    unclear += 1;
+                    continue;
+                }
+                let is_same = match end.map(|end| ways[end]) {
+                    None => seen.is_none(),
+                    Some(way) => {
+                        let reach = f64::from(f32::from_bits(hit[3])) / f64::from(edge.x);
+                        let within = way.entry - 1e-3..way.entry + 2.0 + 1e-3;
+                        hits += 1;
+                        seen == Some(way.voxel) && within.contains(&reach)
+                    }
+                };
+                all += 1;
+                off += u32::from(!is_same);
+            }
+        }
+        println!(
+            "{}: {off} of {all} rays, {hits} hit, {unclear} unclear",
+            scene.name
+        );
+        let is_most = hits > all / 2 && unclear * 10 < all;
+        assert!(
+            is_most && off * 1000 <= all,
+            "{}: {off} of {all}",
+            scene.name
+        );
+    }
+}
+
+fn light(gpu: &Gpu, scene: &Scene, pairs: &[&str]) -> Image {
+    let settings = ENTRY
+        .settings(None, &[&["probes=8"], pairs].concat())
+        .unwrap();
+    let (mut renderer, _) =
+        Renderer::new(gpu, scene, &ENTRY, &settings, frame(48, 36, 128)).unwrap();
+    renderer.render(&scene.camera).unwrap();
+    renderer.aov(Aov::Indirect).unwrap()
+}
+
+/// Root mean square difference over the mean of `b`.
+fn off(a: &Image, b: &Image) -> f64 {
+    let pixels = || a.pixels.iter().zip(&b.pixels);
+    let squares: f64 = pixels()
+        .map(|(a, b)| f64::from((*a - *b).length_squared()))
+        .sum();
+    let all: f64 = pixels().map(|(_, b)| f64::from(b.length_squared())).sum();
+    (squares / all).sqrt()
+}
+
+#[test]
+fn light_is_that_of_triangles_about() {
+    let gpu = gpu();
+    let scene = bundled("cornell");
+    for more in [
+        &[][..],
+        &["bounces=3"],
+        &["irradiance=sh2"],
+        &["hit_light=maps"],
+    ] {
+        let of = |source: &str| {
+            let pairs = [&[source, "source_resolution=64"], more].concat();
+            light(&gpu, &scene, &pairs)
+        };
+        let off = off(&of("source=voxels"), &of("source=triangles"));
+        println!("{more:?}: {off}");
+        assert!(off < 0.06, "{more:?}: {off}");
+    }
+    // What emits is in the light of voxels.
+    let furnace = bundled("furnace");
+    let found = light(&gpu, &furnace, &["source=voxels", "source_resolution=32"]);
+    let expected = light(&gpu, &furnace, &[]);
+    println!("furnace: {}", off(&found, &expected));
+    // In edges of the room some rays see the backs of walls.
+    assert!(off(&found, &expected) < 0.03);
+}
+
+/// As a renderer that was made when they stood there.
+#[test]
+fn voxels_follow_models() {
+    let gpu = gpu();
+    let small: Vec<Corners> = (lump(8, 1).into_iter())
+        .map(|corners| corners.map(|corner| 0.5 * (corner - 0.5)))
+        .collect();
+    let mut scene = bundled("cornell");
+    let model = scene_of(&small, 4.0, &mut Random::new(1));
+    let poses = [Vec3::new(0.5, 1.2, 0.2), Vec3::new(-0.5, 0.9, 0.4)].map(still);
+    add_model(&mut scene, model, &poses);
+    let pairs = ["probes=6", "source=voxels", "source_resolution=32"];
+    let settings = ENTRY.settings(None, &pairs).unwrap();
+    let renderer = |scene: &Scene| {
+        let of = frame(32, 24, 64);
+        Renderer::new(&gpu, scene, &ENTRY, &settings, of).unwrap().0
+    };
+    let mut following = renderer(&scene);
+    following.render(&scene.camera).unwrap();
+    let before = following.aov(Aov::Indirect).unwrap();
+    scene.set_time(1.0);
+    following.set_pose(&scene).unwrap();
+    following.render(&scene.camera).unwrap();
+    let mut made = renderer(&scene);
+    made.render(&scene.camera).unwrap();
+    let [found, expected] = [&following, &made].map(|of| of.aov(Aov::Indirect).unwrap());
+    assert!(largest_difference(&found, &before) > 0.1);
+    let off = largest_difference(&found, &expected);
+    println!("{off}");
+    assert!(off < 1e-3, "{off}");
+}
