@@ -329,7 +329,7 @@ impl Technique for IrradianceProbes {
         let (built, mirrors) = (self.built.as_ref()?, self.mirrors.as_ref()?);
         let of = (&built.volume, &self.lookup);
         let how = (built.reflected(self.bounces), self.uses_maps);
-        Some(mirror::mirror(frame, given, mirrors, &built.scene, of, how))
+        mirror::mirror(frame, given, mirrors, &built.scene, of, how)
     }
 }
 

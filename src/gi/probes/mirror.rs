@@ -2,8 +2,7 @@
 
 use std::sync::Arc;
 
-use super::lookup::Lookup;
-use super::lookup::{LOOKUP_BINDINGS, LOOKUP_CONSTANTS};
+use super::lookup::{LOOKUP_BINDINGS, LOOKUP_CONSTANTS, Lookup};
 use super::passes::LookupRow;
 use super::volume::{Maps, Volume};
 use crate::gi::Inputs;
@@ -87,7 +86,7 @@ pub(super) fn parts_of(
 }
 
 /// Adds [`MIRROR`]. `reflected`: the light that what rays hit reflects, besides that of the lights
-/// themselves.
+/// themselves. Nothing where the G-buffer has no lobes.
 pub(super) fn mirror(
     frame: &mut Frame,
     given: &Inputs<'_>,
@@ -95,13 +94,14 @@ pub(super) fn mirror(
     scene: &PathScene,
     (volume, lookup): (&Volume, &Lookup),
     (reflected, uses_maps): (Option<&Maps>, bool),
-) -> Arc<Image> {
+) -> Option<Arc<Image>> {
+    let specular = given.gbuffer.specular.as_ref()?;
     // Without light to reflect any maps are bound, and not read.
     let maps = reflected.unwrap_or(volume.lit(1));
     for [first_ray, end_ray] in parts_of(mirrors, given.scene, uses_maps) {
         let pass = scene.bind(frame.pass(&MIRROR), given, uses_maps);
         lookup
-            .bind(mirrors.bind(pass, given.gbuffer), volume, maps)
+            .bind(mirrors.bind(pass, given.gbuffer, specular), volume, maps)
             .push(&MirrorParams {
                 lookup: lookup.row(volume),
                 ray_count: mirrors.rays,
@@ -112,5 +112,5 @@ pub(super) fn mirror(
             })
             .dispatch(screen_groups(given.gbuffer.size));
     }
-    Arc::clone(&mirrors.light)
+    Some(Arc::clone(&mirrors.light))
 }

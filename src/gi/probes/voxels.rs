@@ -37,8 +37,8 @@ gpu_struct! {
 pub(super) const SOURCE_SETTINGS: &[Setting] = &[
     Setting {
         name: "source",
-        help: "what rays of probes meet: triangles, or voxels, each face of which has its light: \
-               light that moves costs less, and walls have a thickness",
+        help: "what rays of probes meet: triangles, or voxels, each face of which has the light \
+               that is there once a frame; walls are a voxel thick",
         unit: "",
         domain: Domain::Choice(&["triangles", "voxels"]),
         default: "triangles",

@@ -198,9 +198,10 @@ impl Technique for RayTraced {
 
     fn mirror(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> Option<Arc<Image>> {
         let (scene, mirrors) = (self.scene.as_ref()?, self.mirrors.as_ref()?);
+        let specular = given.gbuffer.specular.as_ref()?;
         for rays in self.dispatches(given, mirrors.rays) {
             let pass = self.pass(frame, [&MIRROR, &MIRROR_CACHED], scene, given);
-            (mirrors.bind(pass, given.gbuffer))
+            (mirrors.bind(pass, given.gbuffer, specular))
                 .push(&self.params(mirrors.rays, rays, mirrors.pattern))
                 .dispatch(screen_groups(given.gbuffer.size));
         }

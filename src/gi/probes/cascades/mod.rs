@@ -378,7 +378,7 @@ impl Technique for ProbeCascades {
 
     fn mirror(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> Option<Arc<Image>> {
         let (built, mirrors) = (self.built.as_ref()?, self.mirrors.as_ref()?);
-        let store = &built.store;
+        let (store, specular) = (&built.store, given.gbuffer.specular.as_ref()?);
         // What rays hit has a bounce less behind it than surfaces that look probes up.
         let (maps, has_light) = match self.bounces {
             LightBounces::Count(count) => (store.volume().lit(1), count > 1),
@@ -386,16 +386,20 @@ impl Technique for ProbeCascades {
         };
         for [first_ray, end_ray] in parts_of(mirrors, given.scene, self.uses_maps) {
             let pass = (built.scene).bind(frame.pass(&MIRROR), given, self.uses_maps);
-            (store.bind(mirrors.bind(pass, given.gbuffer), &self.lookup, maps))
-                .push(&LevelMirrorParams {
-                    level_count: store.levels.len() as u32,
-                    ray_count: mirrors.rays,
-                    first_ray,
-                    end_ray,
-                    pattern: mirrors.pattern.bits(),
-                    has_light: u32::from(has_light),
-                })
-                .dispatch(screen_groups(given.gbuffer.size));
+            (store.bind(
+                mirrors.bind(pass, given.gbuffer, specular),
+                &self.lookup,
+                maps,
+            ))
+            .push(&LevelMirrorParams {
+                level_count: store.levels.len() as u32,
+                ray_count: mirrors.rays,
+                first_ray,
+                end_ray,
+                pattern: mirrors.pattern.bits(),
+                has_light: u32::from(has_light),
+            })
+            .dispatch(screen_groups(given.gbuffer.size));
         }
         Some(Arc::clone(&mirrors.light))
     }

@@ -338,10 +338,11 @@ impl Technique for LightFieldProbes {
 
     fn mirror(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> Option<Arc<Image>> {
         let (built, mirrors) = (self.built.as_ref()?, self.mirrors.as_ref()?);
+        let specular = given.gbuffer.specular.as_ref()?;
         let (count, pattern) = (mirrors.rays, mirrors.pattern);
         for part in self.dispatches(given.scene, count) {
             let pass = self.bind(frame.pass(&MIRROR), built, given);
-            (mirrors.bind(pass, given.gbuffer))
+            (mirrors.bind(pass, given.gbuffer, specular))
                 .push(&self.params(&built.volume, count, part, pattern))
                 .dispatch(screen_groups(given.gbuffer.size));
         }

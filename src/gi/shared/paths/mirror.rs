@@ -46,10 +46,13 @@ impl Mirrors {
         }))
     }
 
-    /// Binds [`MIRROR_BINDINGS`].
-    pub fn bind<'f>(&self, pass: PassBuilder<'f>, gbuffer: &GBuffer) -> PassBuilder<'f> {
-        // Without lobes nothing is glossy: then no pixel reads them.
-        let specular = gbuffer.specular.as_ref().unwrap_or(&gbuffer.view_depth);
+    /// Binds [`MIRROR_BINDINGS`]; `specular`: the lobes of the G-buffer.
+    pub fn bind<'f>(
+        &self,
+        pass: PassBuilder<'f>,
+        gbuffer: &GBuffer,
+        specular: &Arc<Image>,
+    ) -> PassBuilder<'f> {
         pass.bind("view_depth", &gbuffer.view_depth)
             .bind("normals", &gbuffer.normals)
             .bind("specular", specular)
