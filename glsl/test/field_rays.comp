@@ -38,7 +38,7 @@ void main() {
     uint probe = floatBitsToUint(given.origin_probe.w);
     float t = given.direction_begin.w;
     uint met = march_probe(probe, ray, t);
-    vec3 light = met == MET ? radiance_of_field(probe, ray.origin + t * ray.direction) : vec3(0.0);
+    vec3 light = met == MET ? seen_of_field(probe, ray.origin + t * ray.direction).rgb : vec3(0.0);
     vec3 packed = unpack_rgbe(pack_rgbe(abs(ray.origin)));
     ends[i] = RayEnd(vec4(light, t), vec4(packed, uintBitsToFloat(met)));
 }

@@ -141,6 +141,18 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/probes/light_field/mirror_query.comp.spv"),
     ),
     (
+        "gi/probes/light_field/prefilter.comp",
+        include_bytes!("../../spirv/gi/probes/light_field/prefilter.comp.spv"),
+    ),
+    (
+        "gi/probes/light_field/reflect.comp",
+        include_bytes!("../../spirv/gi/probes/light_field/reflect.comp.spv"),
+    ),
+    (
+        "gi/probes/light_field/reflect_query.comp",
+        include_bytes!("../../spirv/gi/probes/light_field/reflect_query.comp.spv"),
+    ),
+    (
         "gi/probes/light_field/trace.comp",
         include_bytes!("../../spirv/gi/probes/light_field/trace.comp.spv"),
     ),

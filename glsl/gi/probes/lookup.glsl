@@ -6,6 +6,7 @@
 #define LUMIVOX_PROBES_LOOKUP
 
 #include "gi/probes/atlas.glsl"
+#include "gi/probes/cage.glsl"
 #include "gi/shared/screen/luminance.glsl"
 #include "gi/shared/sh.glsl"
 
@@ -28,19 +29,6 @@ layout(std430, set = 1, binding = LOOKUP_BINDING + 1) restrict readonly buffer P
 layout(set = 1, binding = LOOKUP_BINDING + 2) uniform texture2D probe_irradiance;
 layout(set = 1, binding = LOOKUP_BINDING + 3) uniform texture2D probe_moments;
 layout(set = 1, binding = LOOKUP_BINDING + 4) uniform texture2D probe_gradients;
-
-#ifndef LOOKUP
-#define LOOKUP params.lookup
-#endif
-
-#ifndef SPARSE
-const uint NO_PROBE = 0xffffffffu;
-
-uint probe_at(uvec3 place) {
-    uvec3 counts = LOOKUP.counts.xyz;
-    return place.x + counts.x * (place.y + counts.y * place.z);
-}
-#endif
 
 vec4 map_at(texture2D image, uint probe, uint edge, vec3 direction) {
     vec2 size = vec2(textureSize(sampler2D(image, linear_clamp), 0));
@@ -149,32 +137,6 @@ vec4 light_of_further(uvec3 first, vec3 position, vec3 moved, vec3 geometric_nor
         if (weights >= LEAST_SEEN) return sum / weights;
     }
     return otherwise;
-}
-
-// The eight probes around a place that surfaces look them up from.
-struct Cage {
-    vec3 moved;      // the place [m]
-    uvec3 first;     // of the probes
-    vec3 between;    // 0 to 1 from the first to the next along each axis
-};
-
-Cage cage_around(vec3 position, vec3 normal) {
-    LookupRow row = LOOKUP;
-    vec3 moved = position + row.normal_bias_m * normal;
-    vec3 last = vec3(row.counts.xyz) - 1.0;
-    vec3 place = clamp((moved - row.first.xyz) / row.spacing.xyz, vec3(0.0), last);
-    vec3 first = min(floor(place), last - 1.0);
-    return Cage(moved, uvec3(first), place - first);
-}
-
-uvec3 step_to(uint corner) {
-    return uvec3(corner, corner >> 1, corner >> 2) & 1u;
-}
-
-// The trilinear weight of a corner, at least a thousandth along each axis.
-float share_of(Cage cage, uint corner) {
-    vec3 t = max(mix(1.0 - cage.between, cage.between, vec3(step_to(corner))), 1e-3);
-    return t.x * t.y * t.z;
 }
 
 // What the eight probes of a cage have for a surface.

@@ -6,9 +6,12 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use super::figures;
+use super::light_field::{
+    self, REFLECTION_RULES, REFLECTION_SETTINGS, ReflectionProbes, ReflectionSettings,
+};
 use super::list::Listed;
 use super::lookup::{Lookup, gather};
-use super::mirror::{self, MIRROR, SPECULAR_RULES, SPECULAR_SETTINGS};
+use super::mirror::{self, MIRROR, SPECULAR_RULES};
 use super::passes::{
     BLEND, BLEND_SH, BOUNCE, EXPLORE, GATHER, GATHER_BY_RAYS, LIGHT, MOMENTS, MOMENTS_POWER,
     STRUCTS, SURFACES, TRACE,
@@ -46,7 +49,7 @@ pub static ENTRY: Entry = Entry {
         LOOKUP_SETTINGS,
         SETTINGS,
         SOURCE_SETTINGS,
-        SPECULAR_SETTINGS,
+        REFLECTION_SETTINGS,
         interleave::SPECULAR_SETTINGS,
     ],
     rules: &[
@@ -54,6 +57,7 @@ pub static ENTRY: Entry = Entry {
         RULES,
         SOURCE_RULES,
         SPECULAR_RULES,
+        REFLECTION_RULES,
         interleave::SPECULAR_RULES,
     ],
     presets: PRESETS,
@@ -75,6 +79,10 @@ pub static ENTRY: Entry = Entry {
             &TRACE_VOXELS,
             &MOMENTS_VOXELS,
             &LIGHT_VOXELS,
+            &light_field::TRACE,
+            &light_field::LIGHT,
+            &light_field::PREFILTER,
+            &light_field::REFLECT,
         ],
         voxel::PASSES,
     ],
@@ -94,6 +102,7 @@ pub static ENTRY: Entry = Entry {
                 "probes.moments_power",
                 "probes.trace_voxels",
                 "probes.moments_voxels",
+                "light_field.trace",
             ],
         ),
         &Stage::store(
@@ -103,6 +112,8 @@ pub static ENTRY: Entry = Entry {
                 "probes.light_voxels",
                 "probes.blend",
                 "probes.blend_sh",
+                "light_field.light",
+                "light_field.prefilter",
             ],
         ),
         &Stage::store("bounces", &["probes.bounce"]),
@@ -110,7 +121,7 @@ pub static ENTRY: Entry = Entry {
             "gather",
             &["probes.clear", "probes.gather", "probes.gather_by_rays"],
         ),
-        &Stage::picture("specular", &["probes.mirror"]),
+        &Stage::picture("specular", &["light_field.reflect", "probes.mirror"]),
     ],
     directions: &[Directions {
         pass: &MIRROR,
@@ -144,6 +155,7 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
         voxels: VoxelSource::new(context, settings, uses_maps)?,
         lookup: Lookup::new(settings),
         mirrors: Mirrors::new(context, settings, "probes.specular")?,
+        reflections: ReflectionSettings::new(settings),
         built: None,
     }))
 }
@@ -154,6 +166,8 @@ struct Built {
     /// Where the probes stand (m).
     places: Vec<Vec3>,
     rays: ProbeRays,
+    /// What surfaces mirror without rays.
+    reflections: Option<ReflectionProbes>,
     /// Where models that move were when rays were traced (m).
     models: Option<Moved>,
     /// Bounces that the probes' light has.
@@ -188,6 +202,7 @@ struct IrradianceProbes {
     voxels: Option<VoxelSource>,
     lookup: Lookup,
     mirrors: Option<Mirrors>,
+    reflections: Option<ReflectionSettings>,
     built: Option<Built>,
 }
 
@@ -205,13 +220,15 @@ impl IrradianceProbes {
         let mut stats = (self.standing).put((gpu, scene), triangles, at, how)?;
         let models = scene.dynamic.as_ref().map(|dynamic| dynamic.bounds);
         let before = std::mem::replace(&mut built.models, models);
-        if self.schedule.traces {
-            return Ok(stats);
-        }
         let moved = before.zip(models).map(|(before, now)| union(before, now));
         let mut frame = Frame::new();
         frame.set_scene(&scene.set, &scene.materials);
-        self.trace(&mut frame, scene, built, built.volume.listed(), moved);
+        if let Some(reflections) = &built.reflections {
+            reflections.trace(&mut frame, &built.scene.rays);
+        }
+        if !self.schedule.traces {
+            self.trace(&mut frame, scene, built, built.volume.listed(), moved);
+        }
         stats.append(gpu.submit(frame)?);
         Ok(stats)
     }
@@ -259,8 +276,12 @@ impl Technique for IrradianceProbes {
             stats.append(voxels.build(gpu, scene)?);
         }
         let lattice = self.standing.lattice(scene);
+        let reflections = self.mirrors.as_ref().and(self.reflections);
         let mut built = Built {
             scene: own,
+            reflections: reflections
+                .map(|how| ReflectionProbes::new(gpu, scene, how))
+                .transpose()?,
             volume: Volume::new(gpu, lattice, &self.kept)?,
             places: Vec::new(),
             rays: ProbeRays::new(gpu, lattice.probe_count(), self.rays)?,
@@ -315,6 +336,11 @@ impl Technique for IrradianceProbes {
         let of = (&built.volume, probes);
         built.rays.light(frame, given, &built.scene, of, how);
         built.lit = bounces.last().map_or(1, |[_, lit]| *lit);
+        if let Some(reflections) = &built.reflections {
+            let of = (&built.volume, &self.lookup);
+            let how = (built.reflected(self.bounces), self.uses_maps);
+            reflections.light(frame, given, &built.scene, of, how);
+        }
         self.built = Some(built);
     }
 
@@ -328,7 +354,12 @@ impl Technique for IrradianceProbes {
     fn mirror(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> Option<Arc<Image>> {
         let (built, mirrors) = (self.built.as_ref()?, self.mirrors.as_ref()?);
         let of = (&built.volume, &self.lookup);
-        let how = (built.reflected(self.bounces), self.uses_maps);
+        let left = built.reflections.is_some();
+        if let Some(reflections) = &built.reflections {
+            let to = (given.gbuffer.specular.as_ref()?, &mirrors.light);
+            reflections.reflect(frame, given, &built.scene.rays, to);
+        }
+        let how = (built.reflected(self.bounces), self.uses_maps, left);
         mirror::mirror(frame, given, mirrors, &built.scene, of, how)
     }
 }

@@ -45,11 +45,14 @@ pub(super) const SPECULAR_SETTINGS: &[Setting] = &[
         domain: Domain::Choice(&["rays", "off"]),
         default: "rays",
     },
-    Setting {
-        default: "4",
-        ..MIRROR_RAYS
-    },
+    FEW_MIRROR_RAYS,
 ];
+
+/// Rays of what mirrors.
+pub(super) const FEW_MIRROR_RAYS: Setting = Setting {
+    default: "4",
+    ..MIRROR_RAYS
+};
 
 /// In which group these settings are, and when they have an effect.
 pub(super) const SPECULAR_RULES: &[Rule] = &[
@@ -67,7 +70,10 @@ pub static MIRROR: Pass = Pass {
     name: "probes.mirror",
     shaders: Shaders::Compute("gi/probes/mirror.comp"),
     bindings: &join::<_, 13, 5, 18>(MIRRORED, LOOKUP_BINDINGS),
-    constants: &join::<_, 6, 6, 12>(CONSTANTS, LOOKUP_CONSTANTS),
+    constants: &join::<_, 12, 1, 13>(
+        join::<_, 6, 6, 12>(CONSTANTS, LOOKUP_CONSTANTS),
+        ["MIRRORS_LEFT"],
+    ),
     params: Some(MirrorParams::LAYOUT),
     sets: Sets::Scene,
 };
@@ -86,14 +92,15 @@ pub(super) fn parts_of(
 }
 
 /// Adds [`MIRROR`]. `reflected`: the light that what rays hit reflects, besides that of the lights
-/// themselves. Nothing where the G-buffer has no lobes.
+/// themselves. `left`: only where that is 1 in alpha of the light. Nothing where the G-buffer has no
+/// lobes.
 pub(super) fn mirror(
     frame: &mut Frame,
     given: &Inputs<'_>,
     mirrors: &Mirrors,
     scene: &PathScene,
     (volume, lookup): (&Volume, &Lookup),
-    (reflected, uses_maps): (Option<&Maps>, bool),
+    (reflected, uses_maps, left): (Option<&Maps>, bool, bool),
 ) -> Option<Arc<Image>> {
     let specular = given.gbuffer.specular.as_ref()?;
     // Without light to reflect any maps are bound, and not read.
@@ -102,6 +109,7 @@ pub(super) fn mirror(
         let pass = scene.bind(frame.pass(&MIRROR), given, uses_maps);
         lookup
             .bind(mirrors.bind(pass, given.gbuffer, specular), volume, maps)
+            .constant("MIRRORS_LEFT", left)
             .push(&MirrorParams {
                 lookup: lookup.row(volume),
                 ray_count: mirrors.rays,

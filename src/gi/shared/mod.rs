@@ -7,5 +7,6 @@ pub(in crate::gi) mod loops;
 pub mod paths;
 pub mod screen;
 pub mod sh;
+pub mod split_sum;
 pub mod surfaces;
 pub mod voxel;

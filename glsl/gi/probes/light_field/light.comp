@@ -13,6 +13,7 @@ layout(set = 1, binding = 10, r32ui) uniform restrict writeonly uimage2D field_r
 layout(push_constant) uniform FieldLightParams {
     LookupRow lookup;
     uint edge;          // of a map [texels]
+    uint columns;       // maps beside each other in the images
     uint probe_count;
 } params;
 
@@ -27,7 +28,7 @@ layout(push_constant) uniform FieldLightParams {
 
 void main() {
     ivec2 texel = ivec2(gl_GlobalInvocationID.xy);
-    uint columns = params.lookup.columns, edge = params.edge;
+    uint columns = params.columns, edge = params.edge;
     bool is_there = texel.x < int(columns * edge)
         && probe_of_texel(texel, columns, edge) < params.probe_count;
     if (!is_there) return;

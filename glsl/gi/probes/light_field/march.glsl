@@ -4,13 +4,9 @@
 #ifndef LUMIVOX_LIGHT_FIELD_MARCH
 #define LUMIVOX_LIGHT_FIELD_MARCH
 
-#include "gi/probes/light_field/texels.glsl"
+#include "gi/probes/light_field/maps.glsl"
 
-layout(constant_id = FIELD_CONSTANT) const uint FIELD_TEXELS = 64;       // edge of a map
 layout(constant_id = FIELD_CONSTANT + 1) const uint THICKNESS_TRACE = 0;   // 1: as published
-
-layout(set = 1, binding = FIELD_BINDING) uniform utexture2D field_surfaces;
-layout(set = 1, binding = FIELD_BINDING + 1) uniform utexture2D field_radiance;
 
 const uint MET = 0u, ESCAPED = 1u, UNKNOWN = 2u;
 const float FAR = 1.0 / 0.0;
@@ -28,19 +24,6 @@ struct FieldStep {
     float end;
     bool is_first;   // where the ray starts
 };
-
-// Of how many of its own edges a texel's surface may be off.
-const float TEXEL_SLACK = 0.75;
-
-// Edge of a texel at distance 1: the sphere is 4π sr.
-float texel_size() {
-    return 4.0 / float(FIELD_TEXELS);
-}
-
-FieldTexel surface_at(ivec2 map, ivec2 texel) {
-    return unpack_field_texel(
-        texelFetch(usampler2D(field_surfaces, nearest_clamp), map + texel, 0).r);
-}
 
 // What a ray meets in a texel: where it crosses the plane of what the probe sees there. A ray that
 // is behind that plane is where the probe does not see. `at`: how far along the ray [cells].
@@ -164,38 +147,6 @@ uint march_probe(uint probe, FieldRay ray, inout float t) {
         if (isinf(end)) break;
     }
     return ESCAPED;
-}
-
-// Radiance [W/(m² sr)] of what a probe sees at a place in its frame [cells], between the four
-// texels around it, as far as they show the same surface.
-vec3 radiance_of_field(uint probe, vec3 place) {
-    ivec2 map = field_map(probe, params.lookup.columns, FIELD_TEXELS);
-    vec2 at = (octahedral_from_unit(normalize(place)) * 0.5 + 0.5) * float(FIELD_TEXELS) - 0.5;
-    ivec2 low = ivec2(floor(at));
-    vec2 between = at - vec2(low);
-    vec3 sum = vec3(0.0), nearest = vec3(0.0);
-    float weights = 0.0, most = -1.0;
-    for (int corner = 0; corner < 4; ++corner) {
-        ivec2 step = ivec2(corner & 1, corner >> 1);
-        ivec2 texel = texel_beyond(low + step, int(FIELD_TEXELS));
-        vec2 share = mix(1.0 - between, between, vec2(step));
-        float weight = share.x * share.y;
-        FieldTexel seen = surface_at(map, texel);
-        uint packed =
-            texelFetch(usampler2D(field_radiance, nearest_clamp), map + texel, 0).r;
-        vec3 light = unpack_rgbe(packed);
-        if (weight > most) {
-            most = weight;
-            nearest = light;
-        }
-        if (isinf(seen.distance)) continue;
-        vec3 to_texel = direction_of_texel(vec2(texel), FIELD_TEXELS);
-        float off = dot(seen.normal, place - seen.distance * to_texel);
-        if (abs(off) > TEXEL_SLACK * texel_size() * seen.distance) continue;
-        sum += weight * light;
-        weights += weight;
-    }
-    return weights > 0.0 ? sum / weights : nearest;
 }
 
 #endif

@@ -19,9 +19,17 @@ layout(set = 1, binding = 12, rgba32f) uniform restrict image2D indirect_specula
 #define FIELD_CONSTANT 6
 #include "gi/probes/light_field/rays.glsl"
 
+// 1: only what reflections of probes have left
+layout(constant_id = 16) const uint MIRRORS_LEFT = 0;
+
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(pixel, ivec2(frame.size_px.xy)))) return;
+    float mark = 0.0;
+    if (MIRRORS_LEFT != 0u) {
+        mark = imageLoad(indirect_specular, pixel).a;
+        if (mark == 0.0) return;
+    }
     Surface surface;
     vec4 lobe = texelFetch(sampler2D(specular, nearest_clamp), pixel, 0);
     if (!read_surface(pixel, surface) || lobe.a < 0.0) {
@@ -43,5 +51,5 @@ void main() {
     }
     vec3 before =
         params.first_ray == 0u ? vec3(0.0) : imageLoad(indirect_specular, pixel).rgb;
-    imageStore(indirect_specular, pixel, vec4(before + sum / float(params.ray_count), 0.0));
+    imageStore(indirect_specular, pixel, vec4(before + sum / float(params.ray_count), mark));
 }

@@ -62,7 +62,7 @@ vec4 light_along_field(Surface surface, FieldStart start, vec3 direction) {
         FieldRay ray = FieldRay((start.origin - probe_places[probe].xyz) / cell_m, direction);
         uint met = march_probe(probe, ray, t);
         if (met == ESCAPED) return vec4(frame.environment.rgb, 1.0);
-        if (met == MET) return vec4(radiance_of_field(probe, ray.origin + t * direction), 0.0);
+        if (met == MET) return vec4(seen_of_field(probe, ray.origin + t * direction).rgb, 0.0);
     }
     if (UNKNOWN_BY_RAYS == 0u) {
         vec4 light = light_of_probes(

@@ -1,6 +1,7 @@
 // What glossy surfaces mirror, by paths along directions of the lobe's visible normals. The
 // including pass declares view_depth, normals, specular, indirect_specular, `params` with
-// ray_count, first_ray, end_ray and pattern, and MIRROR_BOUNCES.
+// ray_count, first_ray, end_ray and pattern, and MIRROR_BOUNCES. One that has LEFT mirrors where
+// another pass has left 1 in alpha, if that constant is not 0.
 #ifndef LUMIVOX_PATHS_MIRROR
 #define LUMIVOX_PATHS_MIRROR
 
@@ -12,6 +13,13 @@ void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(pixel, ivec2(frame.size_px.xy)))) return;
     Surface surface;
+    float mark = 0.0;
+#ifdef LEFT
+    if (LEFT != 0u) {
+        mark = imageLoad(indirect_specular, pixel).a;
+        if (mark == 0.0) return;
+    }
+#endif
     vec4 lobe = texelFetch(sampler2D(specular, nearest_clamp), pixel, 0);
     if (!read_surface(pixel, surface) || lobe.a < 0.0) {
         imageStore(indirect_specular, pixel, vec4(0.0));
@@ -35,7 +43,7 @@ void main() {
     }
     vec3 before =
         params.first_ray == 0u ? vec3(0.0) : imageLoad(indirect_specular, pixel).rgb;
-    imageStore(indirect_specular, pixel, vec4(before + sum / float(params.ray_count), 0.0));
+    imageStore(indirect_specular, pixel, vec4(before + sum / float(params.ray_count), mark));
 }
 
 #endif

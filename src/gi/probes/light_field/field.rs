@@ -15,6 +15,10 @@ use crate::render::bvh::SceneRays;
 pub struct Field {
     /// Edge of a map (texels).
     pub edge: u32,
+    /// Maps beside each other in the images.
+    pub columns: u32,
+    /// Number of probes.
+    pub probe_count: u32,
     /// RG32UI: the triangle that a texel sees, and where on it.
     pub hits: Arc<Image>,
     /// R32UI: how far off that is (cells), half a word, and the normal there.
@@ -26,15 +30,22 @@ pub struct Field {
 impl Field {
     /// Makes room for maps of `edge`² texels of all probes.
     pub fn new(gpu: &Gpu, volume: &Volume, edge: u32) -> Result<Self, Error> {
-        let rows = volume.lattice.probe_count().div_ceil(volume.columns);
-        let size = [volume.columns * edge, rows * edge];
+        let (columns, probe_count) = (volume.columns, volume.lattice.probe_count());
+        let size = [columns * edge, probe_count.div_ceil(columns) * edge];
         let image = |name, format| store_image(gpu, name, size, format);
         Ok(Field {
             edge,
+            columns,
+            probe_count,
             hits: image("light_field.hits", vk::Format::R32G32_UINT)?,
             surfaces: image("light_field.surfaces", vk::Format::R32_UINT)?,
             radiance: image("light_field.radiance", vk::Format::R32_UINT)?,
         })
+    }
+
+    /// Maps beside each other, and below each other.
+    pub(super) fn layout(&self) -> [u32; 2] {
+        [self.columns, self.probe_count.div_ceil(self.columns)]
     }
 
     fn groups(&self) -> [u32; 3] {
@@ -50,16 +61,16 @@ impl Field {
             .bind("field_hits", &self.hits)
             .bind("field_surfaces", &self.surfaces)
             .push(&FieldTraceParams {
-                columns: volume.columns,
+                columns: self.columns,
                 edge: self.edge,
-                probe_count: volume.lattice.probe_count(),
+                probe_count: self.probe_count,
                 cell_m: volume.lattice.cell(),
             })
             .dispatch(self.groups());
     }
 
     /// Adds [`LIGHT`]: the light of what all probes see; with `reflected`, also what that reflects
-    /// of the irradiance in these maps.
+    /// of the irradiance in these maps, of probes that may be others.
     pub fn light(
         &self,
         frame: &mut Frame,
@@ -77,7 +88,8 @@ impl Field {
             .push(&FieldLightParams {
                 lookup: lookup.row(volume),
                 edge: self.edge,
-                probe_count: volume.lattice.probe_count(),
+                columns: self.columns,
+                probe_count: self.probe_count,
             })
             .dispatch(self.groups());
     }

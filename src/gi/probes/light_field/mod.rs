@@ -3,12 +3,18 @@
 
 mod field;
 mod passes;
+mod prefiltered;
+mod reflection;
 mod settings;
 mod view;
 
 pub use field::Field;
 pub use passes::{
     FieldGatherParams, FieldLightParams, FieldTraceParams, GATHER, LIGHT, MIRROR, TRACE,
+};
+pub use prefiltered::{PREFILTER, Parallax, PrefilterParams, Prefiltered, REFLECT, ReflectParams};
+pub(super) use reflection::{
+    REFLECTION_RULES, REFLECTION_SETTINGS, ReflectionProbes, ReflectionSettings,
 };
 
 use std::sync::Arc;
@@ -63,6 +69,8 @@ pub static ENTRY: Entry = Entry {
         &TRACE,
         &LIGHT,
         &GATHER,
+        &PREFILTER,
+        &REFLECT,
         &MIRROR,
         &VIEW,
     ]],
@@ -80,13 +88,13 @@ pub static ENTRY: Entry = Entry {
                 "probes.moments",
             ],
         ),
-        &Stage::store("lighting", &["light_field.light"]),
+        &Stage::store("lighting", &["light_field.light", "light_field.prefilter"]),
         &Stage::store(
             "irradiance",
             &["probes.light", "probes.bounce", "probes.blend_sh"],
         ),
         &Stage::picture("gather", &["light_field.gather"]),
-        &Stage::picture("specular", &["light_field.mirror"]),
+        &Stage::picture("specular", &["light_field.reflect", "light_field.mirror"]),
     ],
     directions: &[
         Directions {
@@ -115,6 +123,7 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
         uses_maps: settings.is("hit_light", "maps"),
         field_rays: FieldRaySettings::new(settings),
         mirrors: Mirrors::new(context, settings, "light_field.specular")?,
+        parallax: Parallax::new(settings),
         built: None,
     }))
 }
@@ -127,6 +136,8 @@ struct Built {
     /// Of which probes have their irradiance.
     rays: ProbeRays,
     field: Field,
+    /// What surfaces mirror of it without rays.
+    prefiltered: Option<Prefiltered>,
     /// Bounces of the last picture.
     lit: u32,
 }
@@ -139,6 +150,8 @@ struct LightFieldProbes {
     uses_maps: bool,
     field_rays: FieldRaySettings,
     mirrors: Option<Mirrors>,
+    /// How reflections are looked up that are averaged beforehand.
+    parallax: Option<Parallax>,
     built: Option<Built>,
 }
 
@@ -262,10 +275,15 @@ impl Technique for LightFieldProbes {
         } else {
             1
         };
+        let field = Field::new(gpu, &volume, self.texels)?;
+        let parallax = self.mirrors.as_ref().and(self.parallax);
         let mut built = Built {
             scene: own,
             places: Vec::new(),
-            field: Field::new(gpu, &volume, self.texels)?,
+            prefiltered: parallax
+                .map(|parallax| Prefiltered::new(gpu, &field, parallax))
+                .transpose()?,
+            field,
             rays: ProbeRays::new(gpu, traced, self.probe_rays)?,
             volume,
             lit: 0,
@@ -321,6 +339,9 @@ impl Technique for LightFieldProbes {
             probes,
             (reflected, self.uses_maps),
         );
+        if let Some(prefiltered) = &built.prefiltered {
+            prefiltered.filter(frame, &built.field);
+        }
     }
 
     fn gather(&mut self, frame: &mut Frame, given: &Inputs<'_>, receivers: &Receivers<'_>) {
@@ -340,9 +361,15 @@ impl Technique for LightFieldProbes {
         let (built, mirrors) = (self.built.as_ref()?, self.mirrors.as_ref()?);
         let specular = given.gbuffer.specular.as_ref()?;
         let (count, pattern) = (mirrors.rays, mirrors.pattern);
+        if let Some(prefiltered) = &built.prefiltered {
+            let of = (&built.volume, &built.field);
+            let to = (given.gbuffer, specular, &mirrors.light);
+            prefiltered.reflect(frame, (given.scene, &built.scene.rays), of, to);
+        }
         for part in self.dispatches(given.scene, count) {
             let pass = self.bind(frame.pass(&MIRROR), built, given);
             (mirrors.bind(pass, given.gbuffer, specular))
+                .constant("MIRRORS_LEFT", built.prefiltered.is_some())
                 .push(&self.params(&built.volume, count, part, pattern))
                 .dispatch(screen_groups(given.gbuffer.size));
         }

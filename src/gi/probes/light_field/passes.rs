@@ -30,6 +30,8 @@ gpu_struct! {
         pub lookup: LookupRow,
         /// Edge of a map (texels).
         pub edge: u32,
+        /// Maps beside each other in the images.
+        pub columns: u32,
         /// Number of probes.
         pub probe_count: u32,
     }
@@ -148,7 +150,7 @@ pub static MIRROR: Pass = Pass {
         join::<_, 9, 4, 13>(paths::BINDINGS, paths::MIRROR_BINDINGS),
         FIELD_BINDINGS,
     ),
-    constants: &FIELD_CONSTANTS,
+    constants: &join::<_, 16, 1, 17>(FIELD_CONSTANTS, ["MIRRORS_LEFT"]),
     params: Some(FieldGatherParams::LAYOUT),
     sets: Sets::Scene,
 };

@@ -1,20 +1,24 @@
 //! Settings, presets and rules.
 
+use super::prefiltered::{PARALLAX, PARALLAX_RULE};
 use crate::gi::probes::lookup::{Lookup, Visibility};
 use crate::gi::probes::settings::BOUNCES;
 use crate::gi::settings::{Domain, Group, Preset, Rule, Setting, Settings};
 use crate::gi::shared::interleave::Pattern;
-use crate::gi::shared::paths::{HIT_LIGHT, MIRROR_RAYS, RAYS, SPECULAR};
+use crate::gi::shared::paths::{HIT_LIGHT, MIRROR_RAYS, RAYS};
+
+/// What a probe sees.
+pub(super) const RADIANCE_TEXELS: Setting = Setting {
+    name: "radiance_texels",
+    help: "edge of a probe's octahedral map of what it sees",
+    unit: "texels",
+    domain: Domain::Count { min: 16, max: 256 },
+    default: "64",
+};
 
 /// Its own settings; where probes stand, and patterns, have theirs.
 pub(super) const SETTINGS: &[Setting] = &[
-    Setting {
-        name: "radiance_texels",
-        help: "edge of a probe's octahedral map of what it sees",
-        unit: "texels",
-        domain: Domain::Count { min: 16, max: 256 },
-        default: "64",
-    },
+    RADIANCE_TEXELS,
     Setting {
         name: "trace_mode",
         help: "what a ray meets in a texel: the plane of the surface there, or as published that \
@@ -49,8 +53,17 @@ pub(super) const SETTINGS: &[Setting] = &[
         default: "rays",
     },
     RAYS,
-    SPECULAR,
+    Setting {
+        name: "specular",
+        help: "glossy reflections: rays, through the maps; prefiltered, light of the maps that is \
+               averaged beforehand up to roughness 0.35, rays to 0.65, and beyond the mean of all \
+               that probes see in front of a surface; or off",
+        unit: "",
+        domain: Domain::Choice(&["rays", "prefiltered", "off"]),
+        default: "rays",
+    },
     MIRROR_RAYS,
+    PARALLAX,
     HIT_LIGHT,
     Setting {
         name: "probe_rays",
@@ -131,8 +144,9 @@ pub(super) const RULES: &[Rule] = &[
     Rule {
         group: Group::Gather,
         settings: &["mirror_rays"],
-        applies: |settings| settings.is("specular", "on"),
+        applies: |settings| !settings.is("specular", "off"),
     },
+    PARALLAX_RULE,
     Rule::always(Group::Bounces, &["bounces"]),
 ];
 
