@@ -66,7 +66,7 @@ fn unpack_seen(packed: u32) -> Option<(f64, DVec3)> {
     is_there.then_some((distance, normal))
 }
 
-fn unpack_rgbe(packed: u32) -> DVec3 {
+pub(super) fn unpack_rgbe(packed: u32) -> DVec3 {
     let of = |shift: u32| f64::from(packed >> shift & 0xff);
     DVec3::new(of(0), of(8), of(16)) * 2f64.powi((packed >> 24) as i32 - 136)
 }

@@ -13,12 +13,12 @@ use crate::support::gpu;
 use crate::support::scenes::bundled;
 use crate::support::technique::{block_errors, frame};
 
-const SIZE: [u32; 2] = [96, 72];
+pub(super) const SIZE: [u32; 2] = [96, 72];
 
 const ENTRIES: [&Entry; 2] = [&irradiance::ENTRY, &cascades::ENTRY];
 
 /// The box, all of it glossy.
-fn glossy_box(roughness: f32) -> Scene {
+pub(super) fn glossy_box(roughness: f32) -> Scene {
     let mut scene = bundled("cornell");
     for material in &mut scene.materials {
         material.specular = Some(Specular {
@@ -30,7 +30,7 @@ fn glossy_box(roughness: f32) -> Scene {
     scene
 }
 
-fn expected(scene: &Scene, bounces: u32) -> (Image, GuideImage) {
+pub(super) fn expected(scene: &Scene, bounces: u32) -> (Image, GuideImage) {
     let settings = reference::Settings {
         width: SIZE[0],
         height: SIZE[1],

@@ -53,6 +53,9 @@ const MAPS: &[(&str, &str)] = &[("irradiance", "oct")];
 /// On top of the default presets of techniques whose rays may meet voxels.
 const VOXELS: &[(&str, &str)] = &[("source", "voxels"), ("source_resolution", "32")];
 
+/// On top of the default presets of techniques whose surfaces may mirror reflection probes.
+const PREFILTERED: &[(&str, &str)] = &[("specular", "prefiltered"), ("radiance_texels", "16")];
+
 /// On top of the default presets: what pixels share.
 const SHARED: [&[(&str, &str)]; 2] = [
     &[("history", "2"), ("blur", "even")],
@@ -122,12 +125,16 @@ fn combinations() -> Vec<(Case, Vec<(&'static str, &'static str)>)> {
     let voxels = default_cases().into_iter();
     let voxels = voxels.filter(|case| has(case, "source_resolution"));
     let voxels = voxels.map(|case| (case, VOXELS.to_vec()));
+    let reflected = default_cases().into_iter();
+    let reflected = reflected.filter(|case| has(case, "parallax"));
+    let reflected = reflected.map(|case| (case, PREFILTERED.to_vec()));
     let shared = default_cases().into_iter();
     let shared = shared.flat_map(|case| SHARED.map(|pairs| (case, pairs.to_vec())));
     (presets.chain(more).chain(streams).chain(bounces))
         .chain(moved)
         .chain(mapped)
         .chain(voxels)
+        .chain(reflected)
         .chain(shared)
         .collect()
 }

@@ -88,6 +88,13 @@ float sees_past(uint probe, vec3 place, bool has_no_end) {
     return sees;
 }
 
+// The same of the surface itself, a little off it; a probe behind it sees the other side.
+float sees_surface(uint probe, Surface surface, Cage cage) {
+    vec3 place = probe_places[probe].xyz;
+    if (dot(surface.geometric_normal, place - surface.position_ws) <= 0.0) return 0.0;
+    return sees_past(probe, (cage.moved - place) / params.lookup.spacing.w, false);
+}
+
 // Radiance [W/(m² sr)] between the four texels of a map around a direction.
 vec3 light_between(utexture2D image, ivec2 map, int edge, vec3 direction) {
     vec2 at = (octahedral_from_unit(direction) * 0.5 + 0.5) * float(edge) - 0.5;
@@ -148,8 +155,7 @@ vec4 light_of_lobes(Surface surface, vec3 direction, float roughness) {
             sharp = vec4(light_towards(probe, way), sees_past(probe, way, true));
         } else {
             // Which surface that is, nobody asks: probes count that see this one.
-            vec3 here = (cage.moved - place) / cell_m;
-            sharp = vec4(light_towards(probe, way), sees_past(probe, here, false));
+            sharp = vec4(light_towards(probe, way), sees_surface(probe, surface, cage));
         }
         float share = share_of(cage, corner), weight = share * max(sharp.a, 1e-4);
         vec3 light = light_of_lobe(probe, way, at_probe, sharp.rgb);
@@ -166,9 +172,7 @@ vec3 light_of_all_sides(Surface surface) {
     float weights = 0.0;
     for (uint corner = 0u; corner < 8u; ++corner) {
         uint probe = probe_at(cage.first + step_to(corner));
-        vec3 way = cage.moved - probe_places[probe].xyz;
-        float sees = sees_past(probe, way / params.lookup.spacing.w, false);
-        float weight = share_of(cage, corner) * max(sees, 1e-4);
+        float weight = share_of(cage, corner) * max(sees_surface(probe, surface, cage), 1e-4);
         sum += weight * light_in_level(probe, ALL_SIDES, surface.shading_normal);
         weights += weight;
     }

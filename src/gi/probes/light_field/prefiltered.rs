@@ -112,7 +112,7 @@ pub static REFLECT: Pass = Pass {
 const LEVELS: [Level; 3] = [
     Level {
         roughness: 0.175,
-        sample_count: 16,
+        sample_count: 32,
     },
     Level {
         roughness: 0.35,
