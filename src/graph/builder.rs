@@ -70,6 +70,9 @@ pub struct DrawBatch {
     pub first_vertex: u32,
     /// Number of vertices, three for each triangle.
     pub vertex_count: u32,
+    /// Corner, width and height of the part of the targets that it is drawn in (px), where that is
+    /// not all of what the pass draws in.
+    pub tile: Option<[u32; 4]>,
 }
 
 /// One dispatch of a compute pass.

@@ -393,6 +393,9 @@ impl Recorder<'_> {
                     viewport: *viewport,
                 });
                 for batch in batches {
+                    if let Some(tile) = batch.tile {
+                        self.commands.draw_in(tile);
+                    }
                     self.batch(&pipeline, call, batch.material, &batch.push);
                     self.commands.draw(batch.first_vertex, batch.vertex_count);
                 }

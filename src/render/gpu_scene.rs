@@ -511,6 +511,17 @@ impl GpuScene {
         found
     }
 
+    /// A draw of all triangles of each material.
+    pub fn draws(&self) -> Vec<DrawBatch> {
+        let draw = |batch: &Batch| DrawBatch {
+            material: batch.material,
+            first_vertex: 3 * batch.first_triangle,
+            vertex_count: 3 * batch.triangle_count,
+            ..Default::default()
+        };
+        self.batches.iter().map(draw).collect()
+    }
+
     /// Smallest and largest corner (m) of all that light can fall on, at any time.
     pub fn lit_bounds(&self) -> (Vec3, Vec3) {
         self.dynamic.as_ref().map_or(self.bounds, |dynamic| {
@@ -562,17 +573,6 @@ impl GpuScene {
             gathered: Grid::whole([width, height]).row(),
         }
     }
-}
-
-/// One draw for the triangles of each material.
-pub(super) fn material_draws(scene: &GpuScene) -> Vec<DrawBatch> {
-    let draw = |batch: &Batch| DrawBatch {
-        material: batch.material,
-        push: Vec::new(),
-        first_vertex: 3 * batch.first_triangle,
-        vertex_count: 3 * batch.triangle_count,
-    };
-    scene.batches.iter().map(draw).collect()
 }
 
 /// A storage buffer with contents; at least 16 bytes, so that it can be bound.

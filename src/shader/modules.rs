@@ -178,9 +178,15 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/probes/moments_query.comp.spv"),
     ),
     (
+        "gi/probes/moments_raster.comp",
+        include_bytes!("../../spirv/gi/probes/moments_raster.comp.spv"),
+    ),
+    (
         "gi/probes/moments_voxels.comp",
         include_bytes!("../../spirv/gi/probes/moments_voxels.comp.spv"),
     ),
+    ("gi/probes/raster.frag", include_bytes!("../../spirv/gi/probes/raster.frag.spv")),
+    ("gi/probes/raster.vert", include_bytes!("../../spirv/gi/probes/raster.vert.spv")),
     ("gi/probes/surfaces.comp", include_bytes!("../../spirv/gi/probes/surfaces.comp.spv")),
     (
         "gi/probes/surfaces_query.comp",
@@ -188,6 +194,7 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ),
     ("gi/probes/trace.comp", include_bytes!("../../spirv/gi/probes/trace.comp.spv")),
     ("gi/probes/trace_query.comp", include_bytes!("../../spirv/gi/probes/trace_query.comp.spv")),
+    ("gi/probes/trace_raster.comp", include_bytes!("../../spirv/gi/probes/trace_raster.comp.spv")),
     ("gi/probes/trace_voxels.comp", include_bytes!("../../spirv/gi/probes/trace_voxels.comp.spv")),
     ("gi/probes/view.comp", include_bytes!("../../spirv/gi/probes/view.comp.spv")),
     ("gi/ray_traced/gather.comp", include_bytes!("../../spirv/gi/ray_traced/gather.comp.spv")),

@@ -279,6 +279,30 @@ impl Commands {
         }
     }
 
+    /// From here on viewport and scissor are a part of the targets: corner, width and height (px).
+    pub(crate) fn draw_in(&self, [x, y, width, height]: [u32; 4]) {
+        let viewport = vk::Viewport {
+            x: x as f32,
+            y: y as f32,
+            width: width as f32,
+            height: height as f32,
+            min_depth: 0.0,
+            max_depth: 1.0,
+        };
+        let scissor = vk::Rect2D {
+            offset: vk::Offset2D {
+                x: x as i32,
+                y: y as i32,
+            },
+            extent: vk::Extent2D { width, height },
+        };
+        // SAFETY: as for `barriers`; viewport and scissor of all pipelines are dynamic.
+        unsafe {
+            self.device.raw().cmd_set_viewport(self.raw, 0, &[viewport]);
+            self.device.raw().cmd_set_scissor(self.raw, 0, &[scissor]);
+        }
+    }
+
     pub(crate) fn draw(&self, first_vertex: u32, vertex_count: u32) {
         // SAFETY: as for `barriers`; a graphics pipeline is bound in a rendering scope.
         unsafe {

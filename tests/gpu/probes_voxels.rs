@@ -30,7 +30,7 @@ fn rays_end_in_the_oracles_voxels() {
     let lights = small_lights().map(|(_, light)| light).to_vec();
     for scene in [bundled("cornell"), small_room(Surfaces::Glossy, lights)] {
         let of = traced(&gpu, &scene, [3, 64], [8, 8]);
-        let mut source = VoxelSource::of(&gpu, &of.on_gpu, RESOLUTION, false).unwrap();
+        let mut source = VoxelSource::new(&gpu, &of.on_gpu, RESOLUTION, false).unwrap();
         source.build(&gpu, &of.on_gpu).unwrap();
         let mut frame = Frame::new();
         frame.set_scene(&of.on_gpu.set, &of.on_gpu.materials);

@@ -9,6 +9,11 @@ layout(local_size_x = 64) in;
 #define SPACE_CONSTANT 0
 #define FIRST_BINDING 4
 const uint KEEPS = 0;
+#elif defined RASTER
+#define RASTER_BINDING 0
+#define RASTER_CONSTANT 0
+#define FIRST_BINDING 1
+const uint KEEPS = 0;
 #else
 #include "render/bvh/bindings.glsl"
 #define FIRST_BINDING 5
@@ -26,6 +31,8 @@ layout(set = 1, binding = FIRST_BINDING + 1, rg16f) uniform restrict writeonly i
 #include "gi/probes/touches.glsl"
 #ifdef VOXELS
 #include "gi/probes/voxels.glsl"
+#elif defined RASTER
+#include "gi/probes/raster.glsl"
 #else
 #include "render/bvh/traverse.glsl"
 #endif
@@ -34,6 +41,8 @@ layout(set = 1, binding = FIRST_BINDING + 1, rg16f) uniform restrict writeonly i
 float distance_along(vec3 place, vec3 direction, uint texel, uint ray) {
 #ifdef VOXELS
     return voxel_along(place, direction, texel, ray).distance;
+#elif defined RASTER
+    return raster_along(texel / (params.edge * params.edge), place, direction).distance;
 #else
     return closest_hit(place, direction, NO_TRIANGLE).t;
 #endif

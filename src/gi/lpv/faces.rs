@@ -337,6 +337,7 @@ impl Faces {
                 push: Vec::new(),
                 first_vertex: 3 * batch.first_triangle,
                 vertex_count: 3 * batch.triangle_count,
+                ..Default::default()
             });
             let mut builder = frame.pass(pass);
             for (name, buffer) in bound {

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use crate::gpu_struct;
 use crate::graph::{
-    Access, Binding, ClearOrLoad, DrawBatch, Error, Frame, Gpu, Image, ImageDesc, ImageKind,
-    ImageUsage, Owner, Pass, RasterState, Sets, Shaders, Targets, vk,
+    Access, Binding, ClearOrLoad, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage,
+    Owner, Pass, RasterState, Sets, Shaders, Targets, vk,
 };
 use crate::render::{GBuffer, GpuScene};
 use crate::shader::GpuStruct;
@@ -115,12 +115,6 @@ impl CameraLayers {
         let black = ClearOrLoad::Clear([0.0; 4]);
         let mut before = &gbuffer.view_depth;
         for (index, [view_depth, normal]) in self.peeled.iter().enumerate() {
-            let draws = scene.batches.iter().map(|batch| DrawBatch {
-                material: batch.material,
-                push: Vec::new(),
-                first_vertex: 3 * batch.first_triangle,
-                vertex_count: 3 * batch.triangle_count,
-            });
             frame
                 .pass(&PEEL)
                 .bind("before", before)
@@ -137,7 +131,7 @@ impl CameraLayers {
                         extent: size,
                         viewport: None,
                     },
-                    draws.collect(),
+                    scene.draws(),
                 );
             before = view_depth;
         }

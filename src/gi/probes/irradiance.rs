@@ -17,16 +17,16 @@ use super::passes::{
     STRUCTS, SURFACES, TRACE,
 };
 use super::placement::Standing;
+use super::raster::{MOMENTS_RASTER, RASTER, TRACE_RASTER};
 use super::rays::{Lighting, MomentFilter, Moved, ProbeRays};
 use super::schedule::{self, Schedule};
 use super::settings::{
     KEPT_SETTINGS, LOOKUP_SETTINGS, PLACEMENT, PLACEMENT_RULES, PRESETS, RULES, SETTINGS,
 };
+use super::source::{SOURCE_RULES, SOURCE_SETTINGS, Source};
 use super::view::{self, VIEW, VIEWS};
 use super::volume::{Irradiance, Kept, Maps, Volume};
-use super::voxels::{
-    LIGHT_VOXELS, MOMENTS_VOXELS, SOURCE_RULES, SOURCE_SETTINGS, TRACE_VOXELS, VoxelSource,
-};
+use super::voxels::{LIGHT_VOXELS, MOMENTS_VOXELS, TRACE_VOXELS};
 use crate::gi::entry::{Directions, Entry, Stage};
 use crate::gi::inspect::{BeamStart, ViewRow};
 use crate::gi::shared::bounces::LightBounces;
@@ -79,6 +79,9 @@ pub static ENTRY: Entry = Entry {
             &TRACE_VOXELS,
             &MOMENTS_VOXELS,
             &LIGHT_VOXELS,
+            &RASTER,
+            &TRACE_RASTER,
+            &MOMENTS_RASTER,
             &light_field::TRACE,
             &light_field::LIGHT,
             &light_field::PREFILTER,
@@ -102,6 +105,9 @@ pub static ENTRY: Entry = Entry {
                 "probes.moments_power",
                 "probes.trace_voxels",
                 "probes.moments_voxels",
+                "probes.raster",
+                "probes.trace_raster",
+                "probes.moments_raster",
                 "light_field.trace",
             ],
         ),
@@ -152,7 +158,7 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
         bounces,
         schedule,
         uses_maps,
-        voxels: VoxelSource::new(context, settings, uses_maps)?,
+        source: Source::new(context, settings, uses_maps)?,
         lookup: Lookup::new(settings),
         mirrors: Mirrors::new(context, settings, "probes.specular")?,
         reflections: ReflectionSettings::new(settings),
@@ -198,8 +204,7 @@ struct IrradianceProbes {
     bounces: LightBounces,
     schedule: Schedule,
     uses_maps: bool,
-    /// What rays meet, where that is not triangles.
-    voxels: Option<VoxelSource>,
+    source: Source,
     lookup: Lookup,
     mirrors: Option<Mirrors>,
     reflections: Option<ReflectionSettings>,
@@ -242,24 +247,15 @@ impl IrradianceProbes {
         probes: Listed<'_>,
         moved: Option<Moved>,
     ) {
-        let (paths, volume, rays) = (&built.scene, &built.volume, &built.rays);
-        let (filter, of) = (self.moment_filter, (volume, probes));
-        if let Some(voxels) = &self.voxels {
-            let by_rays = filter == MomentFilter::Box;
-            voxels.trace(frame, rays, volume, probes, by_rays);
-            if by_rays {
-                return;
-            }
-        } else {
-            rays.trace(frame, (scene, paths), volume, probes, moved);
-        }
-        rays.moments(frame, &paths.rays, of, filter, moved);
+        let (through, of) = ((scene, &built.scene), (&built.volume, probes));
+        let how = (self.moment_filter, moved);
+        (self.source).trace(frame, through, &built.rays, of, how);
     }
 }
 
 impl Technique for IrradianceProbes {
     fn needs(&self) -> Needs {
-        match (&self.voxels, self.uses_maps) {
+        match (self.source.voxels(), self.uses_maps) {
             (Some(_), true) => Needs {
                 maps: MapNeeds::Reflective,
                 motion: false,
@@ -272,7 +268,7 @@ impl Technique for IrradianceProbes {
         self.built = None;
         let &Context { gpu, scene, .. } = context;
         let (own, mut stats) = PathScene::build(gpu, scene)?;
-        if let Some(voxels) = &mut self.voxels {
+        if let Some(voxels) = self.source.voxels_mut() {
             stats.append(voxels.build(gpu, scene)?);
         }
         let lattice = self.standing.lattice(scene);
@@ -305,7 +301,7 @@ impl Technique for IrradianceProbes {
             return self.build(context);
         };
         let mut stats = built.scene.follow(context.gpu, context.scene)?;
-        if let Some(voxels) = &mut self.voxels {
+        if let Some(voxels) = self.source.voxels_mut() {
             stats.append(voxels.follow(context.gpu, context.scene)?);
         }
         stats.append(self.place(context, &mut built)?);
@@ -318,7 +314,7 @@ impl Technique for IrradianceProbes {
             return;
         };
         built.volume.forget_orphans(frame);
-        if let Some(voxels) = &self.voxels {
+        if let Some(voxels) = self.source.voxels() {
             voxels.light(frame, given, &built.scene.rays);
         }
         let probes = self.schedule.probes(built.volume.listed());
@@ -331,7 +327,7 @@ impl Technique for IrradianceProbes {
             bounces: &bounces,
             uses_maps: self.uses_maps,
             kept: self.schedule.kept(),
-            voxels: self.voxels.as_ref(),
+            voxels: self.source.voxels(),
         };
         let of = (&built.volume, probes);
         built.rays.light(frame, given, &built.scene, of, how);
@@ -370,7 +366,7 @@ impl Inspect for IrradianceProbes {
             return Ok(Vec::new());
         };
         let mut counts = built.scene.counts();
-        if let Some(voxels) = &self.voxels {
+        if let Some(voxels) = self.source.voxels() {
             counts.extend(voxels.counts(gpu)?);
         }
         counts.push(("probes", built.volume.lattice.probe_count().into()));

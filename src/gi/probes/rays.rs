@@ -143,6 +143,16 @@ impl ProbeRays {
         moved: Option<Moved>,
     ) {
         self.trace_from(frame, &paths.rays, (&volume.places, probes), moved);
+        self.pack(frame, (scene, paths), probes);
+    }
+
+    /// Adds [`SURFACES`]: packs the surfaces that rays of these probes have met.
+    pub(super) fn pack(
+        &self,
+        frame: &mut Frame,
+        (scene, paths): (&GpuScene, &PathScene),
+        probes: Listed<'_>,
+    ) {
         let all = probes.count * self.count;
         let pass = probes.bind(frame.pass(&SURFACES));
         paths

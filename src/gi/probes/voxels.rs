@@ -5,10 +5,9 @@ use super::list::{LIST_BINDING, Listed};
 use super::passes::MomentParams;
 use super::rays::ProbeRays;
 use super::volume::Volume;
-use crate::gi::settings::{Domain, Group, Rule, Setting};
+use crate::gi::Inputs;
 use crate::gi::shared::paths::{CACHE_BINDINGS, Cache};
 use crate::gi::shared::voxel::Voxels;
-use crate::gi::{Context, Inputs, Settings};
 use crate::gpu_struct;
 use crate::graph::compute::linear_groups;
 use crate::graph::pass::join;
@@ -32,35 +31,6 @@ gpu_struct! {
         pub all: u32,
     }
 }
-
-/// What probes see.
-pub(super) const SOURCE_SETTINGS: &[Setting] = &[
-    Setting {
-        name: "source",
-        help: "what rays of probes meet: triangles, or voxels, each face of which has the light \
-               that is there once a frame; walls are a voxel thick",
-        unit: "",
-        domain: Domain::Choice(&["triangles", "voxels"]),
-        default: "triangles",
-    },
-    Setting {
-        name: "source_resolution",
-        help: "voxels along the largest extent of the scene",
-        unit: "voxels",
-        domain: Domain::OneOf(&[8, 16, 32, 64, 128, 256, 512]),
-        default: "128",
-    },
-];
-
-/// In which group these settings are, and when they have an effect.
-pub(super) const SOURCE_RULES: &[Rule] = &[
-    Rule::always(Group::Light, &["source"]),
-    Rule {
-        group: Group::Light,
-        settings: &["source_resolution"],
-        applies: |settings| settings.is("source", "voxels"),
-    },
-];
 
 /// The voxel that each ray hits first. Reads places and voxels, writes RGBA32UI; a thread a ray.
 pub static TRACE_VOXELS: Pass = Pass {
@@ -124,22 +94,9 @@ pub struct VoxelSource {
 }
 
 impl VoxelSource {
-    /// As the settings say; none where rays meet triangles. Nothing is built yet. `uses_maps`:
+    /// So many voxels along the largest extent of the scene. Nothing is built yet. `uses_maps`:
     /// reflective shadow maps light the voxels, and not rays.
-    pub(super) fn new(
-        &Context { gpu, scene, .. }: &Context<'_>,
-        settings: &Settings,
-        uses_maps: bool,
-    ) -> Result<Option<Self>, Error> {
-        if settings.is("source", "triangles") {
-            return Ok(None);
-        }
-        let resolution = settings.count("source_resolution");
-        VoxelSource::of(gpu, scene, resolution, uses_maps).map(Some)
-    }
-
-    /// So many voxels along the largest extent of the scene.
-    pub fn of(
+    pub fn new(
         gpu: &Gpu,
         scene: &GpuScene,
         resolution: u32,

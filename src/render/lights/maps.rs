@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use super::super::GpuScene;
-use super::super::gpu_scene::{material_draws, storage};
+use super::super::gpu_scene::storage;
 use super::cascades::Watcher;
 use super::views::{GpuLightView, ViewRanges, Viewed, light_views, sees, without_power};
 use crate::gpu_struct;
@@ -268,7 +268,8 @@ impl LightMaps {
         let clear = ClearOrLoad::Clear([0.0; 4]);
         for view in (0..self.rows.len() as u32).filter(|view| !self.is_drawn[*view as usize]) {
             let push = bytemuck::bytes_of(&ViewParams { view }).to_vec();
-            let draws: Vec<DrawBatch> = material_draws(scene)
+            let draws: Vec<DrawBatch> = scene
+                .draws()
                 .into_iter()
                 .map(|draw| DrawBatch {
                     push: push.clone(),

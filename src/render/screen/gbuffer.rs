@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::super::gpu_scene::{FrameConstants, GpuScene, material_draws};
+use super::super::gpu_scene::{FrameConstants, GpuScene};
 use super::motion::{MotionParams, Previous};
 use crate::graph::{
     Access, Binding, ClearOrLoad, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind,
@@ -270,7 +270,7 @@ impl GBuffer {
             extent: self.size,
             viewport: None,
         };
-        let (pass, draws) = (frame.pass(&GBUFFER[index]), material_draws(scene));
+        let (pass, draws) = (frame.pass(&GBUFFER[index]), scene.draws());
         match &self.previous {
             Some(previous) => pass
                 .bind("previous_positions", previous.bound(scene))

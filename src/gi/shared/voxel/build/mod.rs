@@ -412,6 +412,7 @@ impl Voxelizer {
                     push: bytemuck::bytes_of(&params(batch)).to_vec(),
                     first_vertex: 0,
                     vertex_count: 3 * batch.triangle_count,
+                    ..Default::default()
                 };
                 builder.draw(
                     Targets::none([self.grid.resolution; 2]),

@@ -1,0 +1,127 @@
+//! What rays of probes meet.
+
+use super::list::Listed;
+use super::raster::RasterSource;
+use super::rays::{MomentFilter, Moved, ProbeRays};
+use super::volume::Volume;
+use super::voxels::VoxelSource;
+use crate::gi::settings::{Domain, Group, Rule, Setting};
+use crate::gi::shared::paths::PathScene;
+use crate::gi::{Context, Settings};
+use crate::graph::{Error, Frame};
+use crate::render::GpuScene;
+
+/// What probes see.
+pub(super) const SOURCE_SETTINGS: &[Setting] = &[
+    Setting {
+        name: "source",
+        help: "what rays of probes meet: triangles; or voxels, each face of which has the light \
+               that is there once a frame, with walls a voxel thick; or raster, the triangles that \
+               are drawn into a cube of views around each probe",
+        unit: "",
+        domain: Domain::Choice(&["triangles", "voxels", "raster"]),
+        default: "triangles",
+    },
+    Setting {
+        name: "source_resolution",
+        help: "voxels along the largest extent of the scene",
+        unit: "voxels",
+        domain: Domain::OneOf(&[8, 16, 32, 64, 128, 256, 512]),
+        default: "128",
+    },
+    Setting {
+        name: "raster_texels",
+        help: "edge of each of the six views around a probe",
+        unit: "texels",
+        domain: Domain::OneOf(&[8, 16, 32, 64, 128]),
+        default: "32",
+    },
+];
+
+/// In which group these settings are, and when they have an effect.
+pub(super) const SOURCE_RULES: &[Rule] = &[
+    Rule::always(Group::Light, &["source"]),
+    Rule {
+        group: Group::Light,
+        settings: &["source_resolution"],
+        applies: |settings| settings.is("source", "voxels"),
+    },
+    Rule {
+        group: Group::Light,
+        settings: &["raster_texels"],
+        applies: |settings| settings.is("source", "raster"),
+    },
+];
+
+/// What rays of probes meet.
+pub enum Source {
+    /// The scene's triangles.
+    Triangles,
+    /// Voxels.
+    Voxels(VoxelSource),
+    /// What is drawn around each probe.
+    Raster(RasterSource),
+}
+
+impl Source {
+    /// As the settings say. Nothing is built yet. `uses_maps`: reflective shadow maps light voxels,
+    /// and not rays.
+    pub(super) fn new(
+        &Context { gpu, scene, .. }: &Context<'_>,
+        settings: &Settings,
+        uses_maps: bool,
+    ) -> Result<Self, Error> {
+        if settings.is("source", "voxels") {
+            let resolution = settings.count("source_resolution");
+            VoxelSource::new(gpu, scene, resolution, uses_maps).map(Source::Voxels)
+        } else if settings.is("source", "raster") {
+            RasterSource::new(gpu, settings.count("raster_texels")).map(Source::Raster)
+        } else {
+            Ok(Source::Triangles)
+        }
+    }
+
+    /// The voxels, where rays meet those.
+    pub(super) fn voxels(&self) -> Option<&VoxelSource> {
+        match self {
+            Source::Voxels(voxels) => Some(voxels),
+            Source::Triangles | Source::Raster(_) => None,
+        }
+    }
+
+    /// The same, to be built.
+    pub(super) fn voxels_mut(&mut self) -> Option<&mut VoxelSource> {
+        match self {
+            Source::Voxels(voxels) => Some(voxels),
+            Source::Triangles | Source::Raster(_) => None,
+        }
+    }
+
+    /// Adds the passes that find out what these probes see, and how far. What `moved` tells as
+    /// [`ProbeRays::trace`] has it, where rays meet triangles.
+    pub(super) fn trace(
+        &self,
+        frame: &mut Frame,
+        (scene, paths): (&GpuScene, &PathScene),
+        rays: &ProbeRays,
+        (volume, probes): (&Volume, Listed<'_>),
+        (filter, moved): (MomentFilter, Option<Moved>),
+    ) {
+        let by_rays = filter == MomentFilter::Box;
+        match self {
+            Source::Triangles => {
+                rays.trace(frame, (scene, paths), volume, probes, moved);
+                rays.moments(frame, &paths.rays, (volume, probes), filter, moved);
+                return;
+            }
+            Source::Voxels(voxels) => voxels.trace(frame, rays, volume, probes, by_rays),
+            Source::Raster(raster) => {
+                raster.trace(frame, scene, rays, (volume, probes), by_rays);
+                rays.pack(frame, (scene, paths), probes);
+            }
+        }
+        if !by_rays {
+            rays.moments(frame, &paths.rays, (volume, probes), filter, None);
+        }
+    }
+}
