@@ -54,6 +54,7 @@ mod probes_field;
 mod probes_lookup;
 mod probes_mirror;
 mod probes_place;
+mod probes_raster;
 mod probes_reflect;
 mod probes_rooms;
 mod probes_time;

@@ -53,6 +53,9 @@ const MAPS: &[(&str, &str)] = &[("irradiance", "oct")];
 /// On top of the default presets of techniques whose rays may meet voxels.
 const VOXELS: &[(&str, &str)] = &[("source", "voxels"), ("source_resolution", "32")];
 
+/// On top of the default presets of techniques whose probes the scene may be drawn around.
+const RASTER: &[(&str, &str)] = &[("source", "raster"), ("raster_texels", "16")];
+
 /// On top of the default presets of techniques whose surfaces may mirror reflection probes.
 const PREFILTERED: &[(&str, &str)] = &[("specular", "prefiltered"), ("radiance_texels", "16")];
 
@@ -124,7 +127,7 @@ fn combinations() -> Vec<(Case, Vec<(&'static str, &'static str)>)> {
     let mapped = mapped.map(|case| (case, MAPS.to_vec()));
     let voxels = default_cases().into_iter();
     let voxels = voxels.filter(|case| has(case, "source_resolution"));
-    let voxels = voxels.map(|case| (case, VOXELS.to_vec()));
+    let voxels = voxels.flat_map(|case| [VOXELS, RASTER].map(|pairs| (case, pairs.to_vec())));
     let reflected = default_cases().into_iter();
     let reflected = reflected.filter(|case| has(case, "parallax"));
     let reflected = reflected.map(|case| (case, PREFILTERED.to_vec()));
