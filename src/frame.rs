@@ -4,6 +4,7 @@ use glam::{Vec2, Vec3, Vec4};
 
 use crate::gi::entry::{Entry, Part, Stage, Suited};
 use crate::gi::inspect::{Beam, BeamAxis, BeamStart, Channels, Energy, LightSlots, ViewRow};
+use crate::gi::registry;
 use crate::gi::shared::screen::{self, Screen};
 use crate::gi::{Change, Context, IndirectLight, Inputs, MapNeeds, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu};
@@ -55,6 +56,7 @@ macro_rules! context {
             scene: &$renderer.scene,
             size: $renderer.settings.size,
             eye: $renderer.eye,
+            lend: registry::lend,
         }
     };
 }
@@ -124,6 +126,7 @@ impl<'g> Renderer<'g> {
             scene: &scene,
             size: frame.size,
             eye,
+            lend: registry::lend,
         };
         let mut technique = (entry.make)(&context, settings)?;
         let build = technique.build(&context)?;

@@ -3,6 +3,7 @@
 use crate::frame::FrameSettings;
 use crate::gi::Context;
 use crate::gi::entry::{Entry, Suited};
+use crate::gi::registry;
 use crate::gi::settings::Settings;
 use crate::graph::Gpu;
 use crate::render::GpuScene;
@@ -46,6 +47,7 @@ impl Suiting<'_> {
             scene: gpu_scene,
             size: self.size,
             eye: scene.camera.eye,
+            lend: registry::lend,
         };
         let suited = match args.preset {
             Some(_) => None,

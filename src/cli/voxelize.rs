@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use crate::gi::Context;
 use crate::gi::entry::Entry;
+use crate::gi::registry;
 use crate::gi::shared::voxel::export::ExportFormat;
 use crate::gi::shared::voxel::list_voxels;
 use crate::gi::voxel_cones::{mips, svo};
@@ -65,6 +66,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
             scene: &gpu_scene,
             size: [1; 2],
             eye: glam::Vec3::ZERO,
+            lend: registry::lend,
         },
         &settings,
     )

@@ -4,7 +4,7 @@ use super::inspect::ViewRow;
 use super::settings::{Group, Preset, Rule, Setting, SettingError, Settings};
 use super::shared::screen::settings::{self as screen, ScreenSettings};
 use super::simulator::SimulatorRow;
-use super::{Context, Technique};
+use super::{Context, Technique, Wanted};
 use crate::graph::{Error, Pass};
 use crate::shader::StructLayout;
 
@@ -47,6 +47,10 @@ pub struct Entry {
     pub suit: Suit,
     /// The views that it has of itself, in groups; which of them are there depends on the settings.
     pub views: &'static [&'static [ViewRow]],
+    /// `KEY=VALUE` pairs with which others use its store, where it lends that.
+    pub lends: Option<fn(&Wanted) -> Vec<String>>,
+    /// It may use the stores of others.
+    pub borrows: bool,
     /// Its method on the CPU, to be watched step by step.
     pub simulator: Option<&'static SimulatorRow>,
     /// Makes it.
@@ -136,6 +140,9 @@ pub fn value_of<'a>(pairs: &'a [String], key: &str) -> Option<&'a str> {
     pairs.iter().rev().find_map(named)
 }
 
+/// The techniques that lend their stores ([`Entry::lends`]).
+pub const LENDERS: &[&str] = &["voxel-mips", "svo", "clipmap"];
+
 /// Makes a technique with these settings.
 pub type Make = fn(&Context<'_>, &Settings) -> Result<Box<dyn Technique>, Error>;
 
@@ -160,6 +167,8 @@ impl Entry {
             emission_in_slots: |_| Vec::new(),
             suit: |_, _| Ok(None),
             views: &[],
+            lends: None,
+            borrows: false,
             simulator: None,
             make,
         }

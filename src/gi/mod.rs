@@ -27,7 +27,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
+use crate::graph::{Buffer, Error, Frame, FrameStats, Gpu, Image};
 use crate::render::{GBuffer, GpuScene, LightMaps, Receivers};
 
 /// What a technique is made for, and where it stands.
@@ -41,7 +41,40 @@ pub struct Context<'c> {
     pub size: [u32; 2],
     /// Where the camera is (m).
     pub eye: Vec3,
+    /// Makes another technique, whose store this one may use.
+    pub lend: Lend,
 }
+
+/// Makes the technique of a name for another one, which wants its store.
+pub type Lend = fn(&Context<'_>, &str, &Wanted) -> Result<Box<dyn Technique>, Error>;
+
+/// What one technique wants of another's store.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Wanted {
+    /// Along the largest extent of what it holds (cells).
+    pub resolution: u32,
+    /// Indirect bounces of a picture that is gathered from it, as settings have them.
+    pub bounces: String,
+    /// Rays are cast through it: [`Technique::cast`].
+    pub casts: bool,
+    /// It mirrors: [`Technique::mirror`].
+    pub mirrors: bool,
+}
+
+/// Rays that one technique casts through the store of another (`gi/shared/cast.glsl`).
+#[derive(Clone, Copy)]
+pub struct CastRays<'r> {
+    /// Two rows a ray. xyz: where it starts (m), and where it goes; w: bits of the numbers of its
+    /// family and of the ray in it.
+    pub rays: &'r Arc<Buffer>,
+    /// A row a ray. rgb: radiance (W/(m² sr)); w: how far that is (m), infinite where nothing is.
+    pub hits: &'r Arc<Buffer>,
+    /// Number of rays.
+    pub count: u32,
+}
+
+/// The pass that casts them has this name, whichever store it is of.
+pub const CAST: &str = "store.cast";
 
 /// Which maps of the lights a technique reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -128,6 +161,10 @@ pub trait Technique: Inspect {
     fn mirror(&mut self, _frame: &mut Frame, _given: &Inputs<'_>) -> Option<Arc<Image>> {
         None
     }
+
+    /// Adds the pass that casts rays of another technique through its store, as it is in this frame,
+    /// where [`Wanted::casts`] was wanted of it.
+    fn cast(&self, _frame: &mut Frame, _rays: CastRays<'_>) {}
 
     /// Writes [`Inputs::direct`], where the technique shadows the direct light itself. Otherwise,
     /// as by default, it is drawn with shadow maps.

@@ -2,13 +2,15 @@
 
 use std::sync::{PoisonError, RwLock};
 
-use super::entry::Entry;
+use super::entry::{Entry, Stage};
 use super::lpv;
 use super::none;
 use super::probes;
 use super::ray_traced;
 use super::settings::listed;
 use super::voxel_cones::{clipmap, mips, svo};
+use super::{Context, Technique, Wanted};
+use crate::graph::Error;
 
 /// Lumivox's own techniques.
 pub static TECHNIQUES: &[&Entry] = &[
@@ -71,6 +73,39 @@ pub fn owners(setting: &str) -> Vec<&'static str> {
         .collect()
 }
 
+/// Makes the technique of a name for another one that wants its store.
+pub fn lend(
+    context: &Context<'_>,
+    name: &str,
+    wanted: &Wanted,
+) -> Result<Box<dyn Technique>, Error> {
+    let problem = |problem: String| Error::NotLent {
+        lender: name.to_owned(),
+        problem,
+    };
+    let entry = find(name).map_err(|error| problem(error.to_string()))?;
+    let lends = entry
+        .lends
+        .ok_or_else(|| problem("it is not lent".into()))?;
+    let settings =
+        (entry.settings(None, &lends(wanted))).map_err(|error| problem(error.to_string()))?;
+    (entry.make)(context, &settings)
+}
+
+/// What the passes of a technique do, those of stores that it may use last; each stage once.
+pub fn stages(entry: &Entry) -> Vec<&'static Stage> {
+    let mut stages = entry.stages.to_vec();
+    if entry.borrows {
+        let lenders = all().into_iter().filter(|entry| entry.lends.is_some());
+        for stage in lenders.flat_map(|entry| entry.stages) {
+            if !stages.contains(stage) {
+                stages.push(stage);
+            }
+        }
+    }
+    stages
+}
+
 /// The technique of a name.
 pub fn find(name: &str) -> Result<&'static Entry, UnknownTechnique> {
     let all = all();
@@ -79,4 +114,17 @@ pub fn find(name: &str) -> Result<&'static Entry, UnknownTechnique> {
         name: name.to_owned(),
         known: listed(all.iter().map(|entry| entry.name)),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gi::entry::LENDERS;
+
+    #[test]
+    fn lenders_are_those_that_lend() {
+        let lend = TECHNIQUES.iter().filter(|entry| entry.lends.is_some());
+        let names: Vec<&str> = lend.map(|entry| entry.name).collect();
+        assert_eq!(names, LENDERS);
+    }
 }

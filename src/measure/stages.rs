@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::frame;
 use crate::gi::entry::{Entry, Part, Stage};
+use crate::gi::registry;
 use crate::graph::{FrameStats, Spread};
 
 use super::report::Report;
@@ -36,11 +37,8 @@ pub const UNSTAGED: &str = "unstaged";
 
 /// The stage that a pass of a technique belongs to, the frame's own among them.
 pub fn stage_of(entry: &Entry, pass: &str) -> Option<&'static Stage> {
-    entry
-        .stages
-        .iter()
-        .chain(frame::STAGES)
-        .copied()
+    (registry::stages(entry).into_iter())
+        .chain(frame::STAGES.iter().copied())
         .find(|stage| stage.passes.contains(&pass))
 }
 
@@ -56,7 +54,8 @@ pub fn part_ms(entry: &Entry, run: &FrameStats, part: Part) -> f64 {
 
 /// Each stage that ran, in the technique's order, and what is in no stage.
 pub fn stage_times(entry: &Entry, when: When, runs: &[FrameStats]) -> Vec<StageTimes> {
-    let known = entry.stages.iter().chain(frame::STAGES).copied().map(Some);
+    let known = registry::stages(entry).into_iter();
+    let known = known.chain(frame::STAGES.iter().copied()).map(Some);
     let times = |stage: Option<&'static Stage>| {
         let has = |name: &str| stage_of(entry, name) == stage;
         let sum = |run: &FrameStats| {

@@ -61,6 +61,7 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("gi/lpv/surfaces.frag", include_bytes!("../../spirv/gi/lpv/surfaces.frag.spv")),
     ("gi/lpv/sweep.comp", include_bytes!("../../spirv/gi/lpv/sweep.comp.spv")),
     ("gi/lpv/view.comp", include_bytes!("../../spirv/gi/lpv/view.comp.spv")),
+    ("gi/probes/aim.comp", include_bytes!("../../spirv/gi/probes/aim.comp.spv")),
     ("gi/probes/blend.comp", include_bytes!("../../spirv/gi/probes/blend.comp.spv")),
     ("gi/probes/blend_sh.comp", include_bytes!("../../spirv/gi/probes/blend_sh.comp.spv")),
     ("gi/probes/bounce.comp", include_bytes!("../../spirv/gi/probes/bounce.comp.spv")),
@@ -169,6 +170,7 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("gi/probes/mirror.comp", include_bytes!("../../spirv/gi/probes/mirror.comp.spv")),
     ("gi/probes/mirror_query.comp", include_bytes!("../../spirv/gi/probes/mirror_query.comp.spv")),
     ("gi/probes/moments.comp", include_bytes!("../../spirv/gi/probes/moments.comp.spv")),
+    ("gi/probes/moments_cast.comp", include_bytes!("../../spirv/gi/probes/moments_cast.comp.spv")),
     (
         "gi/probes/moments_power.comp",
         include_bytes!("../../spirv/gi/probes/moments_power.comp.spv"),
@@ -192,6 +194,7 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         "gi/probes/surfaces_query.comp",
         include_bytes!("../../spirv/gi/probes/surfaces_query.comp.spv"),
     ),
+    ("gi/probes/take.comp", include_bytes!("../../spirv/gi/probes/take.comp.spv")),
     ("gi/probes/trace.comp", include_bytes!("../../spirv/gi/probes/trace.comp.spv")),
     ("gi/probes/trace_query.comp", include_bytes!("../../spirv/gi/probes/trace_query.comp.spv")),
     ("gi/probes/trace_raster.comp", include_bytes!("../../spirv/gi/probes/trace_raster.comp.spv")),
@@ -402,6 +405,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/voxel_cones/clipmap/bounce_rays.comp.spv"),
     ),
     (
+        "gi/voxel_cones/clipmap/cast.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/clipmap/cast.comp.spv"),
+    ),
+    (
         "gi/voxel_cones/clipmap/clear_box.comp",
         include_bytes!("../../spirv/gi/voxel_cones/clipmap/clear_box.comp.spv"),
     ),
@@ -472,6 +479,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     (
         "gi/voxel_cones/mips/bounce_rays.comp",
         include_bytes!("../../spirv/gi/voxel_cones/mips/bounce_rays.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/mips/cast.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/mips/cast.comp.spv"),
     ),
     (
         "gi/voxel_cones/mips/clear_dynamic.comp",
@@ -548,6 +559,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     (
         "gi/voxel_cones/svo/bounce_rays.comp",
         include_bytes!("../../spirv/gi/voxel_cones/svo/bounce_rays.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/svo/cast.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/cast.comp.spv"),
     ),
     (
         "gi/voxel_cones/svo/copy_bricks.comp",

@@ -112,6 +112,14 @@ pub enum Error {
         /// Threads that were not done.
         thread_count: u32,
     },
+    /// A technique does not lend its store as another wants it.
+    #[error("the store of {lender}: {problem}")]
+    NotLent {
+        /// Name of the technique.
+        lender: String,
+        /// Why.
+        problem: String,
+    },
     /// A shader module is not among those embedded.
     #[error("no shader module {0}; run tools/shaders and build again")]
     ModuleMissing(String),

@@ -11,6 +11,7 @@ use glam::{DVec3, Vec3};
 use lumivox::frame::{Renderer, Traced};
 use lumivox::gi::Context;
 use lumivox::gi::inspect::{Beam, BeamAxis, BeamStart};
+use lumivox::gi::registry;
 use lumivox::gi::registry::find;
 use lumivox::gi::shared::cone::ConeTracer;
 use lumivox::gi::shared::cone::oracle::{Cone, MarchSettings, march};
@@ -149,6 +150,7 @@ fn samples_are_the_oracles() {
         scene: &gpu_scene,
         size: SIZE,
         eye: scene.camera.eye,
+        lend: registry::lend,
     };
     for (case, pairs) in [
         &["resolution=16"][..],

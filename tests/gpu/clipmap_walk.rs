@@ -5,6 +5,7 @@ use crate::support::technique::{Surfaces, frame, shared_scene, small_lights, sma
 use crate::support::{ValidatedGpu, gpu};
 use glam::Vec3;
 use lumivox::frame::Renderer;
+use lumivox::gi::registry;
 use lumivox::gi::registry::find;
 use lumivox::gi::shared::interleave::{Pattern, deinterleave};
 use lumivox::gi::shared::surfaces::Limits;
@@ -254,6 +255,7 @@ impl<'g> Still<'g> {
             scene: &gpu_scene,
             size: SIZE,
             eye: scene.camera.eye,
+            lend: registry::lend,
         };
         let mut technique = VoxelCones::<Clipmap>::new(&context, settings, "clipmap").unwrap();
         technique.build(&context).unwrap();
@@ -300,6 +302,7 @@ impl<'g> Still<'g> {
             scene: gpu_scene,
             size: SIZE,
             eye,
+            lend: registry::lend,
         };
         technique.follow(&context, Change::Camera).unwrap();
         let mut frame = Frame::new();

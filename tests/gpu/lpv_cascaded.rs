@@ -15,6 +15,7 @@ use lumivox::gi::lpv::faces::Side;
 use lumivox::gi::lpv::inject::flux_unit;
 use lumivox::gi::lpv::oracle::{self, Boundary};
 use lumivox::gi::lpv::{CellGrid, Cells, Propagation};
+use lumivox::gi::registry;
 use lumivox::gi::{Change, Context, IndirectLight, Inputs, MapNeeds, Settings, Technique};
 use lumivox::graph::{Frame, Gpu};
 use lumivox::image::{GuideImage, Image, NO_SURFACE};
@@ -55,6 +56,7 @@ impl<'g> Walk<'g> {
             scene: &on_gpu,
             size,
             eye,
+            lend: registry::lend,
         };
         let mut technique = CascadedLpv::new(&context, settings).unwrap();
         technique.build(&context).unwrap();
@@ -75,6 +77,7 @@ impl<'g> Walk<'g> {
             scene: &self.scene,
             size: self.gbuffer.size,
             eye,
+            lend: registry::lend,
         };
         self.technique.follow(&context, Change::Camera).unwrap();
     }

@@ -5,6 +5,7 @@ use crate::support::scenes::bundled;
 use crate::support::technique::{Surfaces, small_lights, small_room};
 use lumivox::gi::Context;
 use lumivox::gi::entry::Suited;
+use lumivox::gi::registry;
 use lumivox::gi::registry::{TECHNIQUES, find};
 use lumivox::gi::shared::voxel::Survey;
 use lumivox::graph::Gpu;
@@ -23,6 +24,7 @@ fn suited_beside(gpu: &Gpu, scene: &Scene, technique: &str, set: &[&str]) -> Opt
         scene: &gpu_scene,
         size: [32, 24],
         eye: scene.camera.eye,
+        lend: registry::lend,
     };
     (find(technique).unwrap().suit)(&context, &set).unwrap()
 }

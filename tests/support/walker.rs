@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use lumivox::gi::entry::Entry;
+use lumivox::gi::registry;
 use lumivox::gi::shared::cone::{Volume, VoxelVolume};
 use lumivox::gi::voxel_cones::clipmap::Clipmap;
 use lumivox::gi::voxel_cones::mips::Mips;
@@ -64,6 +65,7 @@ impl<'g> Walker<'g> {
             scene: &gpu_scene,
             size: SIZE,
             eye,
+            lend: registry::lend,
         };
         let mut technique = make(entry, &context, settings);
         technique.build(&context).unwrap();
@@ -96,6 +98,7 @@ impl<'g> Walker<'g> {
             scene: &self.gpu_scene,
             size: SIZE,
             eye,
+            lend: registry::lend,
         };
         self.technique.follow(&context, Change::Models).unwrap();
     }
@@ -120,6 +123,7 @@ impl<'g> Walker<'g> {
             scene: gpu_scene,
             size: SIZE,
             eye,
+            lend: registry::lend,
         };
         technique.follow(&context, Change::Camera).unwrap();
         let mut frame = Frame::new();

@@ -28,6 +28,7 @@ layout(set = 1, binding = FIRST_BINDING + 1, rg16f) uniform restrict writeonly i
 #define LIST_BINDING FIRST_BINDING + 2
 
 #include "gi/probes/moments.glsl"
+#include "gi/probes/moment_rays.glsl"
 #include "gi/probes/touches.glsl"
 #ifdef VOXELS
 #include "gi/probes/voxels.glsl"
@@ -48,14 +49,6 @@ float distance_along(vec3 place, vec3 direction, uint texel, uint ray) {
 #endif
 }
 
-// Rays along each axis of a texel.
-const uint RAYS = 2u;
-
-vec3 ray_of_texel(ivec2 texel, uint ray) {
-    vec2 within = (vec2(ray % RAYS, ray / RAYS) + 0.5) / float(RAYS) - 0.5;
-    return direction_of_texel(vec2(texel) + within, params.edge);
-}
-
 void main() {
     uint index = moment_texel();
     if (index >= params.all) return;
@@ -64,12 +57,12 @@ void main() {
     if (KEEPS != 0u) {
         float far_m = params.reach * params.cell_m;
         bool is_changed = place.w != 0.0;
-        for (uint i = 0u; i < RAYS * RAYS; ++i)
-            is_changed = is_changed || touches_box(place.xyz, ray_of_texel(texel, i), far_m);
+        for (uint i = 0u; i < RAYS_OF_TEXEL; ++i)
+            is_changed = is_changed || touches_box(place.xyz, ray_of_texel(texel, i, params.edge), far_m);
         if (!is_changed) return;
     }
     vec2 sum = vec2(0.0);
-    for (uint i = 0u; i < RAYS * RAYS; ++i)
-        sum += moments_of(distance_along(place.xyz, ray_of_texel(texel, i), index, i));
-    store_moments(index, sum / float(RAYS * RAYS));
+    for (uint i = 0u; i < RAYS_OF_TEXEL; ++i)
+        sum += moments_of(distance_along(place.xyz, ray_of_texel(texel, i, params.edge), index, i));
+    store_moments(index, sum / float(RAYS_OF_TEXEL));
 }

@@ -1,9 +1,10 @@
-// Which directions probes look along, and where their rays are kept (Rust: gi::probes::rays). The
-// including pass declares `ray_set`.
+// Which directions probes look along (Rust: gi::probes::rays). The including pass declares
+// `ray_set`.
 #ifndef LUMIVOX_PROBES_RAYS
 #define LUMIVOX_PROBES_RAYS
 
 #include "shared/random.glsl"
+#include "gi/probes/ray_texel.glsl"
 
 // The turn of a probe's rays, uniform over all turns (Shoemake 1992): what the set misses is noise,
 // and no pattern that all probes have.
@@ -17,13 +18,6 @@ mat3 turn_of(uint seed) {
     return mat3(1.0 - y2.y - zz, x2.y + w2.z, x2.z - w2.y,
         x2.y - w2.z, 1.0 - x2.x - zz, y2.z + w2.x,
         x2.z + w2.y, y2.z - w2.x, 1.0 - x2.x - y2.y);
-}
-
-// Rays are the texels of an image, all of a probe before those of the next.
-const uint RAYS_A_ROW = 4096u;
-
-ivec2 texel_of_ray(uint ray) {
-    return ivec2(ray % RAYS_A_ROW, ray / RAYS_A_ROW);
 }
 
 // Direction of ray `ray` of a probe, before it is turned.

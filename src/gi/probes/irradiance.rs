@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
+use super::borrowed::{AIM, Borrowed, MOMENTS_CAST, TAKE};
 use super::figures;
 use super::light_field::{
     self, REFLECTION_RULES, REFLECTION_SETTINGS, ReflectionProbes, ReflectionSettings,
@@ -33,7 +34,9 @@ use crate::gi::shared::bounces::LightBounces;
 use crate::gi::shared::interleave;
 use crate::gi::shared::paths::{self, Mirrors, PathScene};
 use crate::gi::shared::voxel;
-use crate::gi::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
+use crate::gi::{
+    CAST, Change, Context, Inputs, Inspect, MapNeeds, Needs, SettingError, Settings, Technique,
+};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
 use crate::render::{GBuffer, GpuScene, Receivers};
 use crate::scene::union;
@@ -42,7 +45,8 @@ use crate::scene::union;
 pub static ENTRY: Entry = Entry {
     bounces: |settings| LightBounces::new(settings).count(),
     frames_to_rest: schedule::frames_to_rest,
-    check: schedule::check,
+    check,
+    borrows: true,
     settings: &[
         PLACEMENT,
         KEPT_SETTINGS,
@@ -82,6 +86,9 @@ pub static ENTRY: Entry = Entry {
             &RASTER,
             &TRACE_RASTER,
             &MOMENTS_RASTER,
+            &AIM,
+            &TAKE,
+            &MOMENTS_CAST,
             &light_field::TRACE,
             &light_field::LIGHT,
             &light_field::PREFILTER,
@@ -95,6 +102,7 @@ pub static ENTRY: Entry = Entry {
         &Stage::store("hierarchy", paths::HOST_PASSES),
         &voxel::VOXELIZATION,
         &voxel::LIGHT_INJECTION,
+        &Stage::store("casting", &["probes.aim", CAST, "probes.take"]),
         &Stage::store("placement", &["probes.explore"]),
         &Stage::store(
             "tracing",
@@ -108,6 +116,7 @@ pub static ENTRY: Entry = Entry {
                 "probes.raster",
                 "probes.trace_raster",
                 "probes.moments_raster",
+                "probes.moments_cast",
                 "light_field.trace",
             ],
         ),
@@ -140,9 +149,27 @@ pub static ENTRY: Entry = Entry {
     )
 };
 
+fn check(settings: &Settings) -> Result<(), SettingError> {
+    schedule::check(settings)?;
+    let borrows = settings.is("source", "store");
+    let count = LightBounces::new(settings).count().unwrap_or(1);
+    let wrong = if borrows && settings.is("gradient", "on") {
+        Some("source=store, gradient=on: a store does not tell the surfaces; give gradient=off")
+    } else if borrows && count > 4 {
+        Some("source=store: light has at most 4 bounces there; give bounces=feedback, or 1 to 4")
+    } else {
+        None
+    };
+    wrong.map_or(Ok(()), |wrong| {
+        Err(SettingError::Together(wrong.to_owned()))
+    })
+}
+
 fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
     let (bounces, schedule) = (LightBounces::new(settings), Schedule::new(settings));
     let uses_maps = settings.is("hit_light", "maps");
+    let casts = settings.is("source", "store");
+    let mirrors = context.scene.is_glossy && settings.is("specular", "cones");
     Ok(Box::new(IrradianceProbes {
         standing: Standing::new(settings),
         moment_filter: MomentFilter::new(settings),
@@ -153,7 +180,7 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
                 .is("visibility", "moments")
                 .then(|| settings.count("moment_texels")),
             has_gradients: settings.is("irradiance", "oct") && settings.is("gradient", "on"),
-            bounces: schedule.room(bounces),
+            bounces: if casts { 1 } else { schedule.room(bounces) },
         },
         bounces,
         schedule,
@@ -162,6 +189,8 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
         lookup: Lookup::new(settings),
         mirrors: Mirrors::new(context, settings, "probes.specular")?,
         reflections: ReflectionSettings::new(settings),
+        borrowed: Borrowed::new(context, settings, (casts, mirrors))?,
+        has_cones: mirrors,
         built: None,
     }))
 }
@@ -190,7 +219,8 @@ impl Built {
     fn reflected(&self, bounces: LightBounces) -> Option<&Maps> {
         match bounces {
             LightBounces::Count(1) => None,
-            LightBounces::Count(count) => Some(self.volume.lit(count - 1)),
+            // The maps of a store's light have all its bounces, and no others are there.
+            LightBounces::Count(count) => Some(self.volume.lit((count - 1).min(self.lit))),
             LightBounces::Feedback => Some(self.maps()),
         }
     }
@@ -208,6 +238,9 @@ struct IrradianceProbes {
     lookup: Lookup,
     mirrors: Option<Mirrors>,
     reflections: Option<ReflectionSettings>,
+    borrowed: Option<Borrowed>,
+    /// Surfaces mirror what is borrowed.
+    has_cones: bool,
     built: Option<Built>,
 }
 
@@ -248,20 +281,21 @@ impl IrradianceProbes {
         moved: Option<Moved>,
     ) {
         let (through, of) = ((scene, &built.scene), (&built.volume, probes));
-        let how = (self.moment_filter, moved);
+        let how = (self.moment_filter, moved, self.borrowed.as_ref());
         (self.source).trace(frame, through, &built.rays, of, how);
     }
 }
 
 impl Technique for IrradianceProbes {
     fn needs(&self) -> Needs {
-        match (self.source.voxels(), self.uses_maps) {
+        let own = match (self.source.voxels(), self.uses_maps) {
             (Some(_), true) => Needs {
                 maps: MapNeeds::Reflective,
                 motion: false,
             },
             (_, uses_maps) => paths::needs(uses_maps),
-        }
+        };
+        (self.borrowed.as_ref()).map_or(own, |borrowed| borrowed.needs(own))
     }
 
     fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
@@ -270,6 +304,9 @@ impl Technique for IrradianceProbes {
         let (own, mut stats) = PathScene::build(gpu, scene)?;
         if let Some(voxels) = self.source.voxels_mut() {
             stats.append(voxels.build(gpu, scene)?);
+        }
+        if let Some(borrowed) = &mut self.borrowed {
+            stats.append(borrowed.build(context)?);
         }
         let lattice = self.standing.lattice(scene);
         let reflections = self.mirrors.as_ref().and(self.reflections);
@@ -294,13 +331,20 @@ impl Technique for IrradianceProbes {
         if change == Change::Camera {
             self.schedule.advance(context.gpu)?;
         }
+        if self.built.is_none() {
+            return self.build(context);
+        }
+        let mut stats = FrameStats::default();
+        if let Some(borrowed) = &mut self.borrowed {
+            stats.append(borrowed.follow(context, change)?);
+        }
         if change != Change::Models {
-            return Ok(FrameStats::default());
+            return Ok(stats);
         }
         let Some(mut built) = self.built.take() else {
-            return self.build(context);
+            return Ok(stats);
         };
-        let mut stats = built.scene.follow(context.gpu, context.scene)?;
+        stats.append(built.scene.follow(context.gpu, context.scene)?);
         if let Some(voxels) = self.source.voxels_mut() {
             stats.append(voxels.follow(context.gpu, context.scene)?);
         }
@@ -314,6 +358,9 @@ impl Technique for IrradianceProbes {
             return;
         };
         built.volume.forget_orphans(frame);
+        if let Some(borrowed) = &mut self.borrowed {
+            borrowed.update(frame, given);
+        }
         if let Some(voxels) = self.source.voxels() {
             voxels.light(frame, given, &built.scene.rays);
         }
@@ -322,16 +369,26 @@ impl Technique for IrradianceProbes {
             self.trace(frame, given.scene, &built, probes, None);
         }
         let bounces = self.schedule.bounces(self.bounces, built.lit);
-        let how = Lighting {
-            lookup: &self.lookup,
-            bounces: &bounces,
-            uses_maps: self.uses_maps,
-            kept: self.schedule.kept(),
-            voxels: self.source.voxels(),
-        };
-        let of = (&built.volume, probes);
-        built.rays.light(frame, given, &built.scene, of, how);
-        built.lit = bounces.last().map_or(1, |[_, lit]| *lit);
+        let cast = (self.borrowed.as_ref()).filter(|_| matches!(self.source, Source::Store));
+        if let Some(borrowed) = cast {
+            let (volume, rays, kept) = (&built.volume, &built.rays, self.schedule.kept());
+            let maps = volume.lit(1);
+            borrowed.light(frame, rays, (volume, probes), |frame, part| {
+                rays.blend(frame, volume, part, [maps, maps], (false, kept));
+            });
+            built.lit = 1;
+        } else {
+            let how = Lighting {
+                lookup: &self.lookup,
+                bounces: &bounces,
+                uses_maps: self.uses_maps,
+                kept: self.schedule.kept(),
+                voxels: self.source.voxels(),
+            };
+            let of = (&built.volume, probes);
+            built.rays.light(frame, given, &built.scene, of, how);
+            built.lit = bounces.last().map_or(1, |[_, lit]| *lit);
+        }
         if let Some(reflections) = &built.reflections {
             let of = (&built.volume, &self.lookup);
             let how = (built.reflected(self.bounces), self.uses_maps);
@@ -348,6 +405,9 @@ impl Technique for IrradianceProbes {
     }
 
     fn mirror(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> Option<Arc<Image>> {
+        if let Some(borrowed) = self.borrowed.as_mut().filter(|_| self.has_cones) {
+            return borrowed.mirror(frame, given);
+        }
         let (built, mirrors) = (self.built.as_ref()?, self.mirrors.as_ref()?);
         let of = (&built.volume, &self.lookup);
         let left = built.reflections.is_some();
@@ -368,6 +428,9 @@ impl Inspect for IrradianceProbes {
         let mut counts = built.scene.counts();
         if let Some(voxels) = self.source.voxels() {
             counts.extend(voxels.counts(gpu)?);
+        }
+        if let Some(borrowed) = &self.borrowed {
+            counts.extend(borrowed.counts(gpu)?);
         }
         counts.push(("probes", built.volume.lattice.probe_count().into()));
         counts.push(built.volume.count_orphans(gpu)?);

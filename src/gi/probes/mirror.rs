@@ -60,7 +60,7 @@ pub(super) const SPECULAR_RULES: &[Rule] = &[
     Rule {
         group: Group::Gather,
         settings: &["mirror_rays"],
-        applies: |settings| !settings.is("specular", "off"),
+        applies: |settings| !settings.is("specular", "off") && !settings.is("specular", "cones"),
     },
 ];
 

@@ -1,6 +1,7 @@
 //! Light probes: places that know the irradiance of every direction, and what they see from there.
 //! Surfaces look the eight around them up. Maths: `docs/gi/probes.md`.
 
+pub mod borrowed;
 pub mod cascades;
 pub mod explore;
 pub mod figures;

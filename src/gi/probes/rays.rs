@@ -328,6 +328,12 @@ impl ProbeRays {
             .dispatch(linear_groups(all));
     }
 
+    /// Binds what rays have met, and what they bring, to be written.
+    pub(super) fn bind_written<'f>(&self, pass: PassBuilder<'f>) -> PassBuilder<'f> {
+        pass.bind("ray_hits", &self.hits)
+            .bind("ray_light", &self.light)
+    }
+
     /// Binds the rays, what they have met, and what they bring.
     pub(super) fn bind<'f>(&self, pass: PassBuilder<'f>) -> PassBuilder<'f> {
         pass.bind("ray_set", &self.set)

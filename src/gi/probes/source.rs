@@ -1,5 +1,6 @@
 //! What rays of probes meet.
 
+use super::borrowed::{Borrowed, SOURCE_RESOLUTION, STORE};
 use super::list::Listed;
 use super::raster::RasterSource;
 use super::rays::{MomentFilter, Moved, ProbeRays};
@@ -16,19 +17,15 @@ pub(super) const SOURCE_SETTINGS: &[Setting] = &[
     Setting {
         name: "source",
         help: "what rays of probes meet: triangles; or voxels, each face of which has the light \
-               that is there once a frame, with walls a voxel thick; or raster, the triangles that \
-               are drawn into a cube of views around each probe",
+               that is there once a frame, with walls a voxel thick; raster, the triangles that are \
+               drawn into a cube of views around each probe; or store, the voxels of another \
+               technique",
         unit: "",
-        domain: Domain::Choice(&["triangles", "voxels", "raster"]),
+        domain: Domain::Choice(&["triangles", "voxels", "raster", "store"]),
         default: "triangles",
     },
-    Setting {
-        name: "source_resolution",
-        help: "voxels along the largest extent of the scene",
-        unit: "voxels",
-        domain: Domain::OneOf(&[8, 16, 32, 64, 128, 256, 512]),
-        default: "128",
-    },
+    STORE,
+    SOURCE_RESOLUTION,
     Setting {
         name: "raster_texels",
         help: "edge of each of the six views around a probe",
@@ -44,7 +41,12 @@ pub(super) const SOURCE_RULES: &[Rule] = &[
     Rule {
         group: Group::Light,
         settings: &["source_resolution"],
-        applies: |settings| settings.is("source", "voxels"),
+        applies: |settings| settings.is("source", "voxels") || borrows(settings),
+    },
+    Rule {
+        group: Group::Light,
+        settings: &[STORE.name],
+        applies: borrows,
     },
     Rule {
         group: Group::Light,
@@ -52,6 +54,11 @@ pub(super) const SOURCE_RULES: &[Rule] = &[
         applies: |settings| settings.is("source", "raster"),
     },
 ];
+
+/// Whether another technique's store is used, as what probes see or as what surfaces mirror.
+fn borrows(settings: &Settings) -> bool {
+    settings.is("source", "store") || settings.is("specular", "cones")
+}
 
 /// What rays of probes meet.
 pub enum Source {
@@ -61,6 +68,8 @@ pub enum Source {
     Voxels(VoxelSource),
     /// What is drawn around each probe.
     Raster(RasterSource),
+    /// The store of another technique.
+    Store,
 }
 
 impl Source {
@@ -76,6 +85,8 @@ impl Source {
             VoxelSource::new(gpu, scene, resolution, uses_maps).map(Source::Voxels)
         } else if settings.is("source", "raster") {
             RasterSource::new(gpu, settings.count("raster_texels")).map(Source::Raster)
+        } else if settings.is("source", "store") {
+            Ok(Source::Store)
         } else {
             Ok(Source::Triangles)
         }
@@ -85,7 +96,7 @@ impl Source {
     pub(super) fn voxels(&self) -> Option<&VoxelSource> {
         match self {
             Source::Voxels(voxels) => Some(voxels),
-            Source::Triangles | Source::Raster(_) => None,
+            Source::Triangles | Source::Raster(_) | Source::Store => None,
         }
     }
 
@@ -93,11 +104,12 @@ impl Source {
     pub(super) fn voxels_mut(&mut self) -> Option<&mut VoxelSource> {
         match self {
             Source::Voxels(voxels) => Some(voxels),
-            Source::Triangles | Source::Raster(_) => None,
+            Source::Triangles | Source::Raster(_) | Source::Store => None,
         }
     }
 
-    /// Adds the passes that find out what these probes see, and how far. What `moved` tells as
+    /// Adds the passes that find out what these probes see, and how far; of a store that is
+    /// `borrowed` only how far, as it brings its light where it is. What `moved` tells as
     /// [`ProbeRays::trace`] has it, where rays meet triangles.
     pub(super) fn trace(
         &self,
@@ -105,7 +117,7 @@ impl Source {
         (scene, paths): (&GpuScene, &PathScene),
         rays: &ProbeRays,
         (volume, probes): (&Volume, Listed<'_>),
-        (filter, moved): (MomentFilter, Option<Moved>),
+        (filter, moved, borrowed): (MomentFilter, Option<Moved>, Option<&Borrowed>),
     ) {
         let by_rays = filter == MomentFilter::Box;
         match self {
@@ -118,6 +130,13 @@ impl Source {
             Source::Raster(raster) => {
                 raster.trace(frame, scene, rays, (volume, probes), by_rays);
                 rays.pack(frame, (scene, paths), probes);
+            }
+            Source::Store => {
+                if let Some(borrowed) = borrowed {
+                    let of = (volume, probes);
+                    borrowed.moments(frame, (rays, &paths.rays), of, filter);
+                }
+                return;
             }
         }
         if !by_rays {

@@ -1,6 +1,7 @@
 //! What rows of the family have in common: stages and views.
 
 use super::rules::RULES;
+use crate::gi::Wanted;
 use crate::gi::entry::{Directions, Entry, Make, Stage, Substitution};
 use crate::gi::inspect::{Channels, Scale, ViewRow};
 use crate::gi::shared::cone::{self, VolumePasses};
@@ -98,10 +99,25 @@ pub(super) const fn entry(name: &'static str, summary: &'static str, make: Make)
                 "rays"
             })
         },
+        lends: Some(lent),
         views: &[VIEWS],
         rules: &[RULES, interleave::RULES, interleave::SPECULAR_RULES],
         ..Entry::new(name, summary, make)
     }
+}
+
+/// With which settings others use a store: the light of what emits is in its voxels.
+fn lent(wanted: &Wanted) -> Vec<String> {
+    let gather = if wanted.casts { "rays" } else { "cones" };
+    let specular = if wanted.mirrors { "on" } else { "off" };
+    vec![
+        format!("resolution={}", wanted.resolution),
+        format!("bounces={}", wanted.bounces),
+        format!("gather={gather}"),
+        format!("specular={specular}"),
+        "radiance=six-sided".into(),
+        "emitters=gather".into(),
+    ]
 }
 
 /// What an error budget tries in place of the gather's settings.

@@ -21,7 +21,7 @@ use crate::gi::shared::cone::{EmissivePatches, EmitterMethod, VoxelVolume};
 use crate::gi::shared::voxel::{
     EmissionSeenBy, EmitterPoints, Injection, LightBounces, LightInputs, Viewer, VoxelSlots,
 };
-use crate::gi::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
+use crate::gi::{CastRays, Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
 use crate::render::bvh::SceneRays;
 use crate::render::{GBuffer, GpuScene, Receivers, screen_image};
@@ -256,6 +256,12 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
         let volume = self.store.volume()?;
         (self.gatherer.cones).specular(frame, given.gbuffer, volume, specular);
         Some(Arc::clone(specular))
+    }
+
+    fn cast(&self, frame: &mut Frame, rays: CastRays<'_>) {
+        if let (Some(tracer), Some(space)) = (&self.gatherer.rays, self.store.space()) {
+            space.cast(frame, rays, tracer.settings.contour_slack);
+        }
     }
 
     fn shadow_direct(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> bool {

@@ -25,9 +25,10 @@ pub(in crate::gi::probes) const REFLECTION_SETTINGS: &[Setting] = &[
         name: "specular",
         help: "glossy reflections: rays, which meet triangles that the lights light, and probes \
                after more bounces; prefiltered, of reflection probes up to roughness 0.35, rays \
-               to 0.65, and beyond the mean of all that they see in front of a surface; or off",
+               to 0.65, and beyond the mean of all that they see in front of a surface; cones, \
+               through the store of another technique; or off",
         unit: "",
-        domain: Domain::Choice(&["rays", "prefiltered", "off"]),
+        domain: Domain::Choice(&["rays", "prefiltered", "cones", "off"]),
         default: "rays",
     },
     FEW_MIRROR_RAYS,

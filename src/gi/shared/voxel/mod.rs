@@ -42,6 +42,7 @@ pub use trace::{RAY_SETTINGS, RaySettings, RayTracer, Space, SpacePasses, more_r
 pub use voxel_box::VoxelBox;
 pub use window::{VoxelWindow, WindowScratch};
 
+use crate::gi::CAST;
 use crate::gi::entry::{Stage, Substitution};
 use crate::gi::settings::{Domain, Setting};
 use crate::graph::Pass;
@@ -236,6 +237,9 @@ pub static LIGHT_INJECTION: Stage = Stage::store(
 
 /// Light from voxel to voxel.
 pub static BOUNCES: Stage = Stage::store("bounces", &["voxel.bounce", "voxel.bounce_emitters"]);
+
+/// Rays of other techniques.
+pub static CASTING: Stage = Stage::store("casting", &[CAST]);
 
 /// The structs that this module shares with shaders, without the parameters of passes.
 pub static STRUCTS: &[StructLayout] = &[

@@ -113,6 +113,7 @@ pub static ENTRY: Entry = Entry {
             &["clipmap.filter_inner", "clipmap.filter_top"],
         ),
         &voxel::BOUNCES,
+        &voxel::CASTING,
         &GATHER,
         &SPECULAR,
         &cone::SOFT_SHADOWS,

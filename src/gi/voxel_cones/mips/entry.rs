@@ -69,6 +69,7 @@ pub static ENTRY: Entry = Entry {
         &voxel::LIGHT_INJECTION,
         &Stage::store("mip filtering", &["voxel_mips.filter", "voxel_mips.blit"]),
         &voxel::BOUNCES,
+        &voxel::CASTING,
         &GATHER,
         &SPECULAR,
         &cone::SOFT_SHADOWS,

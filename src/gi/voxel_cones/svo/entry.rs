@@ -202,6 +202,7 @@ pub static ENTRY: Entry = Entry {
         ),
         &Stage::store("mip filtering", &["svo.filter"]),
         &voxel::BOUNCES,
+        &voxel::CASTING,
         &GATHER,
         &SPECULAR,
         &cone::SOFT_SHADOWS,

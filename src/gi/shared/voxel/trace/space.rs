@@ -3,8 +3,11 @@
 use super::emitters;
 use super::{BOUNCE, BounceRayParams, PIXEL, RayParams};
 use crate::gi::shared::voxel::{Sides, VoxelGrid};
+use crate::gi::{CAST, CastRays};
+use crate::gpu_struct;
+use crate::graph::compute::linear_groups;
 use crate::graph::pass::join;
-use crate::graph::{Binding, Bound, Frame, Pass, PassBuilder, Sets, Shaders};
+use crate::graph::{Access, Binding, Bound, Frame, Pass, PassBuilder, Sets, Shaders};
 use crate::render::bvh;
 use crate::shader::{GpuStruct, StructLayout};
 
@@ -27,17 +30,20 @@ pub struct SpacePasses {
     /// The same at the sides of voxels. Reads the voxels, adds to half floats (E/π); a thread a
     /// side.
     pub bounce_emitters: Pass,
+    /// What rays of another technique bring. Reads rays and voxels, writes hits; a thread a ray.
+    pub cast: Pass,
 }
 
 impl SpacePasses {
     /// All of them.
-    pub const fn all(&'static self) -> [&'static Pass; 5] {
+    pub const fn all(&'static self) -> [&'static Pass; 6] {
         [
             &self.gather_rays,
             &self.gather_triangles,
             &self.bounce_rays,
             &self.gather_emitters,
             &self.bounce_emitters,
+            &self.cast,
         ]
     }
 }
@@ -82,6 +88,11 @@ macro_rules! space_passes {
             bounce_emitters: space::bounce_emitters(
                 concat!($folder, "/bounce_emitters.comp"),
                 const { &space::of_voxel_and_parts::<{ SPACE.len() }, { SPACE.len() + 3 }>(SPACE) },
+                &[$($constant),*],
+            ),
+            cast: space::cast(
+                concat!($folder, "/cast.comp"),
+                const { &space::of_cast::<{ SPACE.len() }, { SPACE.len() + 2 }>(SPACE) },
                 &[$($constant),*],
             ),
         }
@@ -166,6 +177,27 @@ pub(in crate::gi) const fn bounce_emitters(
     pass("voxel.bounce_emitters", shader, bindings, constants, params)
 }
 
+pub(in crate::gi) const fn cast(
+    shader: &'static str,
+    bindings: &'static [Binding],
+    constants: &'static [&'static str],
+) -> Pass {
+    pass(CAST, shader, bindings, constants, CastParams::LAYOUT)
+}
+
+/// Bindings of a pass over rays of another technique.
+pub(in crate::gi) const fn of_cast<const SPACE: usize, const ALL: usize>(
+    space: [Binding; SPACE],
+) -> [Binding; ALL] {
+    join::<_, 2, SPACE, ALL>(
+        [
+            Binding::buffer("cast_rays", Access::ComputeRead),
+            Binding::buffer("cast_hits", Access::ComputeWrite),
+        ],
+        space,
+    )
+}
+
 /// Bindings of a pass over pixels that goes to points of what emits.
 pub(in crate::gi) const fn of_pixel_and_parts<const SPACE: usize, const ALL: usize>(
     space: [Binding; SPACE],
@@ -221,7 +253,35 @@ pub struct Space<'v> {
     pub turns: u32,
 }
 
+gpu_struct! {
+    /// Parameters of `store.cast`.
+    pub struct CastParams {
+        /// xyz: smallest corner of the space (m); w: edge of its finest voxels (m).
+        pub grid: [f32; 4],
+        /// Edge of the space (voxels).
+        pub resolution: u32,
+        /// Number of rays.
+        pub ray_count: u32,
+        /// Slack of the contour test (voxels).
+        pub contour_slack: f32,
+    }
+}
+
 impl Space<'_> {
+    /// Adds [`SpacePasses::cast`].
+    pub fn cast(&self, frame: &mut Frame, rays: CastRays<'_>, contour_slack: f32) {
+        self.pass(frame, &self.passes.cast)
+            .bind("cast_rays", rays.rays)
+            .bind("cast_hits", rays.hits)
+            .push(&CastParams {
+                grid: self.grid.row(),
+                resolution: self.grid.resolution,
+                ray_count: rays.count,
+                contour_slack,
+            })
+            .dispatch(linear_groups(rays.count));
+    }
+
     /// Adds one of its passes, with what it reads and its constants.
     pub(super) fn pass<'f>(&self, frame: &'f mut Frame, pass: &'static Pass) -> PassBuilder<'f> {
         let sides = ("SIDES", self.sides as u32);
