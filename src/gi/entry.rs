@@ -4,7 +4,7 @@ use super::inspect::ViewRow;
 use super::settings::{Group, Preset, Rule, Setting, SettingError, Settings};
 use super::shared::screen::settings::{self as screen, ScreenSettings};
 use super::simulator::SimulatorRow;
-use super::{Context, Technique, Wanted};
+use super::{Context, StoreKind, Technique, Wanted};
 use crate::graph::{Error, Pass};
 use crate::shader::StructLayout;
 
@@ -47,8 +47,8 @@ pub struct Entry {
     pub suit: Suit,
     /// The views that it has of itself, in groups; which of them are there depends on the settings.
     pub views: &'static [&'static [ViewRow]],
-    /// `KEY=VALUE` pairs with which others use its store, where it lends that.
-    pub lends: Option<fn(&Wanted) -> Vec<String>>,
+    /// How others use its store, where it lends that.
+    pub lends: Option<Lends>,
     /// It may use the stores of others.
     pub borrows: bool,
     /// Its method on the CPU, to be watched step by step.
@@ -140,8 +140,14 @@ pub fn value_of<'a>(pairs: &'a [String], key: &str) -> Option<&'a str> {
     pairs.iter().rev().find_map(named)
 }
 
-/// The techniques that lend their stores ([`Entry::lends`]).
-pub const LENDERS: &[&str] = &["voxel-mips", "svo", "clipmap"];
+/// A store that a technique lends to others.
+#[derive(Clone, Copy)]
+pub struct Lends {
+    /// How it divides space.
+    pub kind: StoreKind,
+    /// `KEY=VALUE` pairs with which it is as another technique wants it.
+    pub pairs: fn(&Wanted) -> Vec<String>,
+}
 
 /// Makes a technique with these settings.
 pub type Make = fn(&Context<'_>, &Settings) -> Result<Box<dyn Technique>, Error>;

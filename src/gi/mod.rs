@@ -45,12 +45,38 @@ pub struct Context<'c> {
     pub lend: Lend,
 }
 
-/// Makes the technique of a name for another one, which wants its store.
-pub type Lend = fn(&Context<'_>, &str, &Wanted) -> Result<Box<dyn Technique>, Error>;
+/// Makes a technique that has such a store, for another one that wants it.
+pub type Lend = fn(&Context<'_>, &Wanted) -> Result<Box<dyn Technique>, Error>;
+
+/// How a world-space store divides space.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StoreKind {
+    /// Into equal cells, all of which are there.
+    Dense,
+    /// Into cells that are there where surfaces are.
+    Sparse,
+    /// Into cells that are larger farther from the camera.
+    Nested,
+}
+
+impl StoreKind {
+    /// Names that settings have for them, in the order of [`StoreKind::ALL`].
+    pub const NAMES: [&str; 3] = ["dense", "sparse", "nested"];
+
+    /// All of them.
+    pub const ALL: [StoreKind; 3] = [StoreKind::Dense, StoreKind::Sparse, StoreKind::Nested];
+
+    /// Its name.
+    pub const fn name(self) -> &'static str {
+        StoreKind::NAMES[self as usize]
+    }
+}
 
 /// What one technique wants of another's store.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Wanted {
+    /// How it divides space.
+    pub kind: StoreKind,
     /// Along the largest extent of what it holds (cells).
     pub resolution: u32,
     /// Indirect bounces of a picture that is gathered from it, as settings have them.
@@ -162,8 +188,8 @@ pub trait Technique: Inspect {
         None
     }
 
-    /// Adds the pass that casts rays of another technique through its store, as it is in this frame,
-    /// where [`Wanted::casts`] was wanted of it.
+    /// Adds the pass that casts rays of another technique through its store, as it is in this
+    /// frame, where [`Wanted::casts`] was wanted of it.
     fn cast(&self, _frame: &mut Frame, _rays: CastRays<'_>) {}
 
     /// Writes [`Inputs::direct`], where the technique shadows the direct light itself. Otherwise,

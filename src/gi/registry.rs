@@ -73,22 +73,19 @@ pub fn owners(setting: &str) -> Vec<&'static str> {
         .collect()
 }
 
-/// Makes the technique of a name for another one that wants its store.
-pub fn lend(
-    context: &Context<'_>,
-    name: &str,
-    wanted: &Wanted,
-) -> Result<Box<dyn Technique>, Error> {
-    let problem = |problem: String| Error::NotLent {
-        lender: name.to_owned(),
+/// Makes the first technique that lends such a store, for another one that wants it.
+pub fn lend(context: &Context<'_>, wanted: &Wanted) -> Result<Box<dyn Technique>, Error> {
+    let refused = |lender: &str, problem: String| Error::NotLent {
+        lender: lender.to_owned(),
         problem,
     };
-    let entry = find(name).map_err(|error| problem(error.to_string()))?;
-    let lends = entry
-        .lends
-        .ok_or_else(|| problem("it is not lent".into()))?;
-    let settings =
-        (entry.settings(None, &lends(wanted))).map_err(|error| problem(error.to_string()))?;
+    let all = all().into_iter();
+    let mut lenders = all.filter_map(|entry| Some((entry, entry.lends?)));
+    let (entry, lends) = lenders
+        .find(|(_, lends)| lends.kind == wanted.kind)
+        .ok_or_else(|| refused(wanted.kind.name(), "no technique lends one".into()))?;
+    let settings = (entry.settings(None, &(lends.pairs)(wanted)))
+        .map_err(|error| refused(entry.name, error.to_string()))?;
     (entry.make)(context, &settings)
 }
 
@@ -119,12 +116,18 @@ pub fn find(name: &str) -> Result<&'static Entry, UnknownTechnique> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gi::entry::LENDERS;
+    use crate::gi::StoreKind;
 
     #[test]
-    fn lenders_are_those_that_lend() {
-        let lend = TECHNIQUES.iter().filter(|entry| entry.lends.is_some());
-        let names: Vec<&str> = lend.map(|entry| entry.name).collect();
-        assert_eq!(names, LENDERS);
+    fn every_kind_of_store_is_lent_by_one_technique() {
+        for kind in StoreKind::ALL {
+            let lends = |entry: &&&Entry| entry.lends.is_some_and(|lends| lends.kind == kind);
+            assert_eq!(
+                TECHNIQUES.iter().filter(lends).count(),
+                1,
+                "{}",
+                kind.name()
+            );
+        }
     }
 }

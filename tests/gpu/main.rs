@@ -57,6 +57,7 @@ mod probes_place;
 mod probes_raster;
 mod probes_reflect;
 mod probes_rooms;
+mod probes_store;
 mod probes_time;
 mod probes_view;
 mod probes_voxels;

@@ -56,6 +56,12 @@ const VOXELS: &[(&str, &str)] = &[("source", "voxels"), ("source_resolution", "3
 /// On top of the default presets of techniques whose probes the scene may be drawn around.
 const RASTER: &[(&str, &str)] = &[("source", "raster"), ("raster_texels", "16")];
 
+/// On top of the default presets of techniques that may use the stores of others.
+const BORROWED: &[&[(&str, &str)]] = &[
+    &[("source", "store"), ("source_resolution", "32")],
+    &[("specular", "cones"), ("source_resolution", "32")],
+];
+
 /// On top of the default presets of techniques whose surfaces may mirror reflection probes.
 const PREFILTERED: &[(&str, &str)] = &[("specular", "prefiltered"), ("radiance_texels", "16")];
 
@@ -126,8 +132,12 @@ fn combinations() -> Vec<(Case, Vec<(&'static str, &'static str)>)> {
     let mapped = mapped.filter(|case| has(case, "irradiance"));
     let mapped = mapped.map(|case| (case, MAPS.to_vec()));
     let voxels = default_cases().into_iter();
-    let voxels = voxels.filter(|case| has(case, "source_resolution"));
+    let voxels = voxels.filter(|case| has(case, "raster_texels"));
     let voxels = voxels.flat_map(|case| [VOXELS, RASTER].map(|pairs| (case, pairs.to_vec())));
+    let borrowed = default_cases().into_iter();
+    let borrowed = borrowed.filter(|case| case.entry.borrows);
+    let borrowed =
+        borrowed.flat_map(|case| BORROWED.iter().map(move |pairs| (case, pairs.to_vec())));
     let reflected = default_cases().into_iter();
     let reflected = reflected.filter(|case| has(case, "parallax"));
     let reflected = reflected.map(|case| (case, PREFILTERED.to_vec()));
@@ -137,6 +147,7 @@ fn combinations() -> Vec<(Case, Vec<(&'static str, &'static str)>)> {
         .chain(moved)
         .chain(mapped)
         .chain(voxels)
+        .chain(borrowed)
         .chain(reflected)
         .chain(shared)
         .collect()

@@ -37,6 +37,6 @@ void main() {
         ivec2 place = ivec2(texel % params.edge, texel / params.edge);
         direction = ray_of_texel(place, own % RAYS_OF_TEXEL, params.edge);
     }
-    cast_rays[index] = CastRay(vec4(probe_places[probe.x].xyz, uintBitsToFloat(probe.x)),
+    cast_rays[index] = CastRay(vec4(probe_places[probe.x].xyz, uintBitsToFloat(probe.y)),
         vec4(direction, uintBitsToFloat(own)));
 }

@@ -58,7 +58,8 @@ void main() {
         float far_m = params.reach * params.cell_m;
         bool is_changed = place.w != 0.0;
         for (uint i = 0u; i < RAYS_OF_TEXEL; ++i)
-            is_changed = is_changed || touches_box(place.xyz, ray_of_texel(texel, i, params.edge), far_m);
+            is_changed = is_changed
+                || touches_box(place.xyz, ray_of_texel(texel, i, params.edge), far_m);
         if (!is_changed) return;
     }
     vec2 sum = vec2(0.0);

@@ -9,7 +9,7 @@ struct CastRay {
 };
 
 struct CastHit {
-    vec4 light;   // rgb: radiance [W/(m² sr)]; w: how far that is [m], infinite where nothing is met
+    vec4 light;   // rgb: radiance [W/(m² sr)]; w: how far that is [m], infinite: nothing is met
 };
 
 #endif

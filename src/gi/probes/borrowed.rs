@@ -6,9 +6,8 @@ use super::list::{LIST_BINDING, Listed};
 use super::passes::{MomentParams, RayParams};
 use super::rays::{MomentFilter, ProbeRays};
 use super::volume::{Volume, buffer};
-use crate::gi::entry::LENDERS;
 use crate::gi::settings::{Domain, Setting};
-use crate::gi::{CastRays, Change, Context, Inputs, Needs, Settings, Technique, Wanted};
+use crate::gi::{CastRays, Change, Context, Inputs, Needs, Settings, StoreKind, Technique, Wanted};
 use crate::gpu_struct;
 use crate::graph::compute::linear_groups;
 use crate::graph::{
@@ -31,13 +30,14 @@ gpu_struct! {
     }
 }
 
-/// Whose store that is.
+/// What kind of store that is.
 pub(super) const STORE: Setting = Setting {
     name: "store",
-    help: "the technique whose store is borrowed, with its voxels and their light",
+    help: "how the store divides space that is borrowed of another technique: dense, into equal \
+           voxels, sparse, where surfaces are, or nested, into larger ones farther from the camera",
     unit: "",
-    domain: Domain::Choice(LENDERS),
-    default: LENDERS[0],
+    domain: Domain::Choice(&StoreKind::NAMES),
+    default: StoreKind::Dense.name(),
 };
 
 /// How fine it is, or the probes' own voxels.
@@ -120,13 +120,16 @@ impl Borrowed {
         if !casts && !mirrors {
             return Ok(None);
         }
+        let named = |kind: &StoreKind| settings.is(STORE.name, kind.name());
+        let kind = StoreKind::ALL.into_iter().find(named);
         let wanted = Wanted {
+            kind: kind.unwrap_or(StoreKind::Dense),
             resolution: settings.count(SOURCE_RESOLUTION.name),
             bounces: settings.choice("bounces").to_owned(),
             casts,
             mirrors,
         };
-        let technique = (context.lend)(context, settings.choice(STORE.name), &wanted)?;
+        let technique = (context.lend)(context, &wanted)?;
         let moment_texels = settings.count("moment_texels");
         let of_probe = (settings.count("rays")).max(RAYS_OF_TEXEL * moment_texels * moment_texels);
         let at_a_time = if casts {

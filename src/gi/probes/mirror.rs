@@ -40,9 +40,9 @@ pub(super) const SPECULAR_SETTINGS: &[Setting] = &[
     Setting {
         name: "specular",
         help: "glossy reflections: rays, which meet triangles that the lights light, and probes \
-               after more bounces; or off",
+               after more bounces; cones, through the store of another technique; or off",
         unit: "",
-        domain: Domain::Choice(&["rays", "off"]),
+        domain: Domain::Choice(&["rays", "cones", "off"]),
         default: "rays",
     },
     FEW_MIRROR_RAYS,
@@ -92,8 +92,8 @@ pub(super) fn parts_of(
 }
 
 /// Adds [`MIRROR`]. `reflected`: the light that what rays hit reflects, besides that of the lights
-/// themselves. `left`: only where that is 1 in alpha of the light. Nothing where the G-buffer has no
-/// lobes.
+/// themselves. `left`: only where that is 1 in alpha of the light. Nothing where the G-buffer has
+/// no lobes.
 pub(super) fn mirror(
     frame: &mut Frame,
     given: &Inputs<'_>,

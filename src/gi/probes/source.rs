@@ -17,8 +17,8 @@ pub(super) const SOURCE_SETTINGS: &[Setting] = &[
     Setting {
         name: "source",
         help: "what rays of probes meet: triangles; or voxels, each face of which has the light \
-               that is there once a frame, with walls a voxel thick; raster, the triangles that are \
-               drawn into a cube of views around each probe; or store, the voxels of another \
+               that is there once a frame, with walls a voxel thick; raster, the triangles that \
+               are drawn into a cube of views around each probe; or store, the voxels of another \
                technique",
         unit: "",
         domain: Domain::Choice(&["triangles", "voxels", "raster", "store"]),
@@ -56,7 +56,7 @@ pub(super) const SOURCE_RULES: &[Rule] = &[
 ];
 
 /// Whether another technique's store is used, as what probes see or as what surfaces mirror.
-fn borrows(settings: &Settings) -> bool {
+pub(super) fn borrows(settings: &Settings) -> bool {
     settings.is("source", "store") || settings.is("specular", "cones")
 }
 

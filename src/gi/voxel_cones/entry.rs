@@ -1,12 +1,12 @@
 //! What rows of the family have in common: stages and views.
 
 use super::rules::RULES;
-use crate::gi::Wanted;
-use crate::gi::entry::{Directions, Entry, Make, Stage, Substitution};
+use crate::gi::entry::{Directions, Entry, Lends, Make, Stage, Substitution};
 use crate::gi::inspect::{Channels, Scale, ViewRow};
 use crate::gi::shared::cone::{self, VolumePasses};
 use crate::gi::shared::interleave;
 use crate::gi::shared::voxel::{self, LightBounces, SpacePasses, trace};
+use crate::gi::{StoreKind, Wanted};
 use crate::graph::Pass;
 use crate::render::bvh::HOST_WORK;
 
@@ -99,14 +99,17 @@ pub(super) const fn entry(name: &'static str, summary: &'static str, make: Make)
                 "rays"
             })
         },
-        lends: Some(lent),
         views: &[VIEWS],
         rules: &[RULES, interleave::RULES, interleave::SPECULAR_RULES],
         ..Entry::new(name, summary, make)
     }
 }
 
-/// With which settings others use a store: the light of what emits is in its voxels.
+/// A store as others use it: the light of what emits is in its voxels.
+pub(super) const fn lends(kind: StoreKind) -> Option<Lends> {
+    Some(Lends { kind, pairs: lent })
+}
+
 fn lent(wanted: &Wanted) -> Vec<String> {
     let gather = if wanted.casts { "rays" } else { "cones" };
     let specular = if wanted.mirrors { "on" } else { "off" };

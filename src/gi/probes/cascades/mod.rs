@@ -14,6 +14,7 @@ use std::sync::Arc;
 
 use glam::Vec4;
 
+use super::borrowed::{AIM, Borrowed, MOMENTS_CAST, TAKE};
 use super::lookup::{Lookup, Visibility};
 use super::mirror::{SPECULAR_RULES, SPECULAR_SETTINGS, parts_of};
 use super::passes::{BLEND, BLEND_SH, LIGHT, MOMENTS, MOMENTS_POWER, STRUCTS, SURFACES, TRACE};
@@ -26,7 +27,7 @@ use crate::gi::inspect::ViewRow;
 use crate::gi::shared::bounces::LightBounces;
 use crate::gi::shared::interleave;
 use crate::gi::shared::paths::{self, Mirrors, PathScene};
-use crate::gi::{Change, Context, Inputs, Inspect, Needs, Settings, Technique};
+use crate::gi::{CAST, Change, Context, Inputs, Inspect, Needs, Settings, Technique};
 use crate::graph::compute::linear_groups;
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
 use crate::render::{GBuffer, GpuScene, Receivers, screen_groups};
@@ -53,6 +54,7 @@ pub static ENTRY: Entry = Entry {
     ],
     rules: &[RULES, SPECULAR_RULES, interleave::SPECULAR_RULES],
     presets: PRESETS,
+    borrows: true,
     passes: &[&[
         &NEED,
         &PLACE,
@@ -64,6 +66,9 @@ pub static ENTRY: Entry = Entry {
         &BOUNCE,
         &BLEND,
         &BLEND_SH,
+        &AIM,
+        &TAKE,
+        &MOMENTS_CAST,
         &GATHER,
         &MIRROR,
         &VIEW,
@@ -72,6 +77,7 @@ pub static ENTRY: Entry = Entry {
     structs: &[paths::STRUCTS, STRUCTS],
     stages: &[
         &Stage::store("hierarchy", paths::HOST_PASSES),
+        &Stage::store("casting", &["probes.aim", CAST, "probes.take"]),
         &Stage::store("placement", &["cascades.need", "cascades.place"]),
         &Stage::store(
             "tracing",
@@ -80,6 +86,7 @@ pub static ENTRY: Entry = Entry {
                 "probes.surfaces",
                 "probes.moments",
                 "probes.moments_power",
+                "probes.moments_cast",
             ],
         ),
         &Stage::store(
@@ -103,6 +110,8 @@ pub static ENTRY: Entry = Entry {
 
 fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
     let bounces = LightBounces::new(settings);
+    let casts = settings.is("source", "store");
+    let has_cones = context.scene.is_glossy && settings.is("specular", "cones");
     Ok(Box::new(ProbeCascades {
         layout: Layout::new(
             context.scene.lit_bounds(),
@@ -118,7 +127,7 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
             irradiance: Irradiance::new(settings),
             moment_texels: Some(settings.count("moment_texels")),
             has_gradients: false,
-            bounces: 1 + u32::from(bounces.any()),
+            bounces: 1 + u32::from(bounces.any() && !casts),
         },
         bounces,
         uses_maps: settings.is("hit_light", "maps"),
@@ -130,6 +139,9 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
             rings: 2,
         },
         mirrors: Mirrors::new(context, settings, "cascades.specular")?,
+        borrowed: Borrowed::new(context, settings, (casts, has_cones))?,
+        casts,
+        has_cones,
         built: None,
     }))
 }
@@ -147,6 +159,11 @@ struct ProbeCascades {
     uses_maps: bool,
     lookup: Lookup,
     mirrors: Option<Mirrors>,
+    borrowed: Option<Borrowed>,
+    /// Probes see what is borrowed.
+    casts: bool,
+    /// Surfaces mirror what is borrowed.
+    has_cones: bool,
     built: Option<Built>,
 }
 
@@ -237,6 +254,7 @@ impl ProbeCascades {
             again: turn.again.len() as u32,
             moved: built.moved.take(),
             rounds: match self.bounces {
+                _ if self.casts => 0,
                 LightBounces::Count(count) => count - 1,
                 LightBounces::Feedback if store.is_dark => self.bounces.frames_to_rest() - 1,
                 LightBounces::Feedback => 1,
@@ -264,11 +282,20 @@ impl ProbeCascades {
             let how = (self.surface_distance, moved);
             place(frame, &paths.rays, &store.rays, all, buffers, how);
             for (volume, part) in store.of_levels(first, counts) {
-                (store.rays).trace(frame, (scene, paths), volume, part, moved);
                 let of = (volume, part);
+                if let Some(borrowed) = self.cast_through() {
+                    borrowed.moments(frame, (&store.rays, &paths.rays), of, self.moment_filter);
+                    continue;
+                }
+                (store.rays).trace(frame, (scene, paths), volume, part, moved);
                 (store.rays).moments(frame, &paths.rays, of, self.moment_filter, moved);
             }
         }
+    }
+
+    /// What probes see, where that is borrowed.
+    fn cast_through(&self) -> Option<&Borrowed> {
+        self.borrowed.as_ref().filter(|_| self.casts)
     }
 
     /// Adds the passes that light probes, new ones and others.
@@ -283,6 +310,12 @@ impl ProbeCascades {
         let [kept, new] = [&work.kept, &work.new].map(|of_levels| of_levels.iter().sum::<u32>());
         let (lit, end_of_new) = (store.list.part(kept, new + work.again), kept + new);
         let (first, all) = (volume.lit(1), self.maps(store));
+        if let Some(borrowed) = self.cast_through() {
+            borrowed.light(frame, rays, (volume, lit), |frame, part| {
+                rays.blend(frame, volume, part, [first, first], (false, 0.0));
+            });
+            return;
+        }
         for part in rays.parts(lit) {
             rays.straight(frame, given, paths, (volume, part), self.uses_maps);
             rays.blend(frame, volume, part, [first, first], (false, 0.0));
@@ -314,13 +347,17 @@ impl ProbeCascades {
 
 impl Technique for ProbeCascades {
     fn needs(&self) -> Needs {
-        paths::needs(self.uses_maps)
+        let own = paths::needs(self.uses_maps);
+        (self.borrowed.as_ref()).map_or(own, |borrowed| borrowed.needs(own))
     }
 
     fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
         self.built = None;
         let &Context { gpu, scene, .. } = context;
         let (own, mut stats) = PathScene::build(gpu, scene)?;
+        if let Some(borrowed) = &mut self.borrowed {
+            stats.append(borrowed.build(context)?);
+        }
         let (store, windows, held) = self.hold(context, None)?;
         stats.append(held);
         self.built = Some(Built {
@@ -342,6 +379,9 @@ impl Technique for ProbeCascades {
             gpu, scene, eye, ..
         } = context;
         let mut stats = FrameStats::default();
+        if let Some(borrowed) = &mut self.borrowed {
+            stats.append(borrowed.follow(context, change)?);
+        }
         if change == Change::Models {
             stats.append(built.scene.follow(gpu, scene)?);
             let models = scene.dynamic.as_ref().map(|dynamic| dynamic.bounds);
@@ -365,6 +405,9 @@ impl Technique for ProbeCascades {
     fn update(&mut self, frame: &mut Frame, given: &Inputs<'_>) {
         let Some(built) = &self.built else { return };
         built.store.volume().forget_orphans(frame);
+        if let Some(borrowed) = &mut self.borrowed {
+            borrowed.update(frame, given);
+        }
         self.find_out(frame, given.scene, built);
         self.light(frame, given, built);
     }
@@ -377,6 +420,9 @@ impl Technique for ProbeCascades {
     }
 
     fn mirror(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> Option<Arc<Image>> {
+        if let Some(borrowed) = self.borrowed.as_mut().filter(|_| self.has_cones) {
+            return borrowed.mirror(frame, given);
+        }
         let (built, mirrors) = (self.built.as_ref()?, self.mirrors.as_ref()?);
         let (store, specular) = (&built.store, given.gbuffer.specular.as_ref()?);
         // What rays hit has a bounce less behind it than surfaces that look probes up.
@@ -411,6 +457,9 @@ impl Inspect for ProbeCascades {
             return Ok(Vec::new());
         };
         let mut counts = built.scene.counts();
+        if let Some(borrowed) = &self.borrowed {
+            counts.extend(borrowed.counts(gpu)?);
+        }
         counts.push(("probes", built.store.pool.held().into()));
         counts.push(("probe_room", built.store.pool.room().into()));
         counts.push(built.store.volume().count_orphans(gpu)?);

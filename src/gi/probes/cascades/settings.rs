@@ -1,5 +1,8 @@
 //! Settings, presets and rules.
 
+use crate::gi::StoreKind;
+use crate::gi::probes::borrowed::{SOURCE_RESOLUTION, STORE};
+use crate::gi::probes::source::borrows;
 use crate::gi::settings::{Domain, Group, Preset, Rule, Setting};
 
 /// The settings that other techniques of probes do not have.
@@ -42,6 +45,19 @@ pub(super) const SETTINGS: &[Setting] = &[
         domain: Domain::Choice(&["1", "2", "feedback"]),
         default: "1",
     },
+    Setting {
+        name: "source",
+        help: "what rays of probes meet: triangles, or store, the voxels of another technique, \
+               which have the light",
+        unit: "",
+        domain: Domain::Choice(&["triangles", "store"]),
+        default: "triangles",
+    },
+    Setting {
+        default: StoreKind::Nested.name(),
+        ..STORE
+    },
+    SOURCE_RESOLUTION,
     Setting {
         name: "probes_per_frame",
         help: "probes that a frame traces or lights, new ones first, then the others in turn; 0: \
@@ -97,7 +113,15 @@ pub(super) const RULES: &[Rule] = &[
         settings: &["irradiance_texels"],
         applies: |settings| settings.is("irradiance", "oct"),
     },
-    Rule::always(Group::Light, &["rays", "hit_light", "probes_per_frame"]),
+    Rule::always(
+        Group::Light,
+        &["rays", "hit_light", "probes_per_frame", "source"],
+    ),
+    Rule {
+        group: Group::Light,
+        settings: &[STORE.name, SOURCE_RESOLUTION.name],
+        applies: borrows,
+    },
     Rule::always(Group::Gather, &["normal_bias", "weight_floor", "crush"]),
     Rule::always(Group::Bounces, &["bounces"]),
 ];

@@ -27,8 +27,8 @@ pub struct Mirrors {
 }
 
 impl Mirrors {
-    /// As the settings say; none where nothing is glossy, or `specular` is off. `name`: of the
-    /// image.
+    /// As the settings say; none where nothing is glossy, or `specular` is not by rays. `name`: of
+    /// the image.
     pub fn new(
         &Context {
             gpu, scene, size, ..
@@ -36,7 +36,7 @@ impl Mirrors {
         settings: &Settings,
         name: &str,
     ) -> Result<Option<Self>, Error> {
-        if !scene.is_glossy || settings.is("specular", "off") {
+        if !scene.is_glossy || ["off", "cones"].contains(&settings.choice("specular")) {
             return Ok(None);
         }
         Ok(Some(Mirrors {

@@ -1,7 +1,7 @@
 //! The row of the registry.
 
 use super::super::entry::{
-    GATHER, HIERARCHY, RAYS_TO_EMITTERS, SPECULAR, SUBSTITUTIONS, directions, entry,
+    GATHER, HIERARCHY, RAYS_TO_EMITTERS, SPECULAR, SUBSTITUTIONS, directions, entry, lends,
 };
 use super::super::{VoxelCones, presets};
 use super::{CONES, Clipmap, RAYS, space, volume};
@@ -10,7 +10,7 @@ use crate::gi::settings::{Domain, Preset, Setting, Settings};
 use crate::gi::shared::cone;
 use crate::gi::shared::interleave;
 use crate::gi::shared::voxel::{self, FACE_SETTINGS, MIP_FILTER, RAY_SETTINGS};
-use crate::gi::{Context, Technique};
+use crate::gi::{Context, StoreKind, Technique};
 use crate::graph::{Error, Pass};
 
 static SETTINGS: &[Setting] = &[
@@ -119,6 +119,7 @@ pub static ENTRY: Entry = Entry {
         &cone::SOFT_SHADOWS,
     ],
     directions: &directions(&CONES, &RAYS),
+    lends: lends(StoreKind::Nested),
     substitutions: &[SUBSTITUTIONS, voxel::SUBSTITUTIONS],
     ..entry(
         "clipmap",

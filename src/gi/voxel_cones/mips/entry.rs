@@ -1,7 +1,7 @@
 //! The row of the registry.
 
 use super::super::entry::{
-    GATHER, HIERARCHY, RAYS_TO_EMITTERS, SPECULAR, SUBSTITUTIONS, directions, entry,
+    GATHER, HIERARCHY, RAYS_TO_EMITTERS, SPECULAR, SUBSTITUTIONS, directions, entry, lends,
 };
 use super::super::{VoxelCones, presets, suit};
 use super::{CLEAR_DYNAMIC, CONES, FILTER, MARK_MATTER, Mips, RAYS, REDUCE_MATTER};
@@ -10,7 +10,7 @@ use crate::gi::settings::{Domain, Preset, Setting, Settings};
 use crate::gi::shared::cone;
 use crate::gi::shared::interleave;
 use crate::gi::shared::voxel::{self, FACE_SETTINGS, MIP_FILTER, RAY_SETTINGS};
-use crate::gi::{Context, Technique};
+use crate::gi::{Context, StoreKind, Technique};
 use crate::graph::Error;
 
 static SETTINGS: &[Setting] = &[
@@ -75,6 +75,7 @@ pub static ENTRY: Entry = Entry {
         &cone::SOFT_SHADOWS,
     ],
     directions: &directions(&CONES, &RAYS),
+    lends: lends(StoreKind::Dense),
     substitutions: &[SUBSTITUTIONS, voxel::SUBSTITUTIONS],
     suit: suit::suit,
     ..entry(

@@ -1,7 +1,8 @@
 //! The row of the registry.
 
 use super::super::entry::{
-    GATHER, HIERARCHY, RAYS_TO_EMITTERS, SPECULAR, SUBSTITUTIONS, VIEWS, directions, entry, view,
+    GATHER, HIERARCHY, RAYS_TO_EMITTERS, SPECULAR, SUBSTITUTIONS, VIEWS, directions, entry, lends,
+    view,
 };
 use super::super::{VoxelCones, presets, suit};
 use super::{CONES, RAYS, Svo, attributes, bricks, dynamic, nodes, pieces, space, touched};
@@ -11,7 +12,7 @@ use crate::gi::settings::{Domain, Preset, Setting, SettingError, Settings};
 use crate::gi::shared::cone;
 use crate::gi::shared::interleave;
 use crate::gi::shared::voxel::{self, Directionality, FACE_SETTINGS, MIP_FILTER, RAY_SETTINGS};
-use crate::gi::{Context, Technique};
+use crate::gi::{Context, StoreKind, Technique};
 use crate::graph::{Error, Pass};
 use crate::shader::{GpuStruct, StructLayout};
 
@@ -208,6 +209,7 @@ pub static ENTRY: Entry = Entry {
         &cone::SOFT_SHADOWS,
     ],
     directions: &directions(&CONES, &RAYS),
+    lends: lends(StoreKind::Sparse),
     substitutions: &[SUBSTITUTIONS, voxel::SUBSTITUTIONS],
     suit: suit::suit,
     ..entry(
