@@ -126,7 +126,69 @@ struct Life {
 }
 
 /// Few, which run every pass of every technique between them.
-const LIVES: [Life; 50] = [
+const LIVES: [Life; 55] = [
+    Life {
+        technique: "irradiance-probes",
+        preset: Some("default"),
+        pairs: &[
+            ("probes", "4"),
+            ("rays", "32"),
+            ("source", "raster"),
+            ("raster_texels", "8"),
+            ("specular", "prefiltered"),
+            ("reflection_probes", "3"),
+            ("radiance_texels", "16"),
+        ],
+        surfaces: Surfaces::Glossy,
+    },
+    Life {
+        technique: "irradiance-probes",
+        preset: Some("default"),
+        pairs: &[
+            ("probes", "4"),
+            ("rays", "32"),
+            ("source", "store"),
+            ("store", "dense"),
+            ("source_resolution", "16"),
+            ("specular", "cones"),
+        ],
+        surfaces: Surfaces::Glossy,
+    },
+    Life {
+        technique: "irradiance-probes",
+        preset: Some("default"),
+        pairs: &[
+            ("probes", "4"),
+            ("rays", "32"),
+            ("source", "store"),
+            ("store", "sparse"),
+            ("source_resolution", "16"),
+            ("bounces", "feedback"),
+        ],
+        surfaces: Surfaces::Emissive,
+    },
+    Life {
+        technique: "probe-cascades",
+        preset: Some("default"),
+        pairs: &[
+            ("probes", "4"),
+            ("rays", "32"),
+            ("source", "store"),
+            ("store", "nested"),
+            ("source_resolution", "16"),
+        ],
+        surfaces: Surfaces::Glossy,
+    },
+    Life {
+        technique: "light-field-probes",
+        preset: Some("default"),
+        pairs: &[
+            ("probes", "3"),
+            ("radiance_texels", "16"),
+            ("specular", "prefiltered"),
+        ],
+        surfaces: Surfaces::Glossy,
+    },
     Life {
         technique: "irradiance-probes",
         preset: Some("default"),

@@ -331,17 +331,15 @@ impl Technique for IrradianceProbes {
         if change == Change::Camera {
             self.schedule.advance(context.gpu)?;
         }
-        if self.built.is_none() {
+        let is_moved = change == Change::Models;
+        if self.built.is_none() && is_moved {
             return self.build(context);
         }
         let mut stats = FrameStats::default();
         if let Some(borrowed) = &mut self.borrowed {
             stats.append(borrowed.follow(context, change)?);
         }
-        if change != Change::Models {
-            return Ok(stats);
-        }
-        let Some(mut built) = self.built.take() else {
+        let Some(mut built) = self.built.take_if(|_| is_moved) else {
             return Ok(stats);
         };
         stats.append(built.scene.follow(context.gpu, context.scene)?);

@@ -1,6 +1,6 @@
 // The light that probes see, averaged over lobes and over all directions (Karis 2013; McAllister et
-// al. 2002). Beneath the radiance itself there are levels, in one image below each other; each has
-// the maps of all probes beside each other, without borders
+// al. 2002). Beneath the radiance itself there are levels, in one image: the first, and below it
+// the others beside each other. Each has the maps of all probes beside each other, without borders
 // (Rust: gi::probes::light_field::prefiltered).
 #ifndef LUMIVOX_LIGHT_FIELD_PREFILTERED
 #define LUMIVOX_LIGHT_FIELD_PREFILTERED
@@ -17,10 +17,10 @@ int edge_of_level(uint level, int edge) {
 
 // The first texel of a probe's map.
 ivec2 map_in_level(uint probe, uint level, uint columns, uint rows, int edge) {
-    int above = 0;
-    for (uint i = 1u; i < level; ++i) above += int(rows) * edge_of_level(i, edge);
-    ivec2 map = ivec2(probe % columns, probe / columns);
-    return ivec2(0, above) + map * edge_of_level(level, edge);
+    ivec2 first = ivec2(0);
+    if (level != HALF_ROUGH) first.y = int(rows) * edge_of_level(HALF_ROUGH, edge);
+    if (level == ALL_SIDES) first.x = int(columns) * edge_of_level(ROUGH, edge);
+    return first + ivec2(probe % columns, probe / columns) * edge_of_level(level, edge);
 }
 
 #endif

@@ -181,10 +181,13 @@ impl Prefiltered {
     /// Makes room for these light fields.
     pub fn new(gpu: &Gpu, field: &Field, parallax: Parallax) -> Result<Self, Error> {
         let [columns, rows] = field.layout();
-        let edges = (1..=LEVELS.len() as u32).map(|level| edge_of_level(level, field.edge));
-        let size = edges.fold([0, 0], |[width, height]: [u32; 2], edge| {
-            [width.max(columns * edge), height + rows * edge]
-        });
+        let [half_rough, rough, all_sides] =
+            [1, 2, 3].map(|level| edge_of_level(level, field.edge));
+        // The first level, and below it the others beside each other.
+        let size = [
+            columns * half_rough.max(rough + all_sides),
+            rows * (half_rough + rough.max(all_sides)),
+        ];
         Ok(Prefiltered {
             levels: store_image(gpu, "light_field.prefiltered", size, vk::Format::R32_UINT)?,
             split_sum: split_sum::table(gpu)?,
