@@ -9,6 +9,7 @@ use crate::support::program::{lumivox, words};
 use crate::support::voxels::{compare_sets, oracle_grid};
 use glam::Vec3;
 use lumivox::gi::Context;
+use lumivox::gi::registry;
 use lumivox::gi::shared::voxel::oracle::{Grid, VoxelIndex, voxelize};
 use lumivox::gi::shared::voxel::{VoxelList, list_voxels};
 use lumivox::gi::voxel_cones::{mips, svo};
@@ -237,6 +238,7 @@ fn techniques_agree() {
                     scene: &gpu_scene,
                     size: [1; 2],
                     eye: glam::Vec3::ZERO,
+                    lend: registry::lend,
                 },
                 &settings,
             )

@@ -65,7 +65,7 @@ pub enum Source {
     /// The scene's triangles.
     Triangles,
     /// Voxels.
-    Voxels(VoxelSource),
+    Voxels(Box<VoxelSource>),
     /// What is drawn around each probe.
     Raster(RasterSource),
     /// The store of another technique.
@@ -82,7 +82,8 @@ impl Source {
     ) -> Result<Self, Error> {
         if settings.is("source", "voxels") {
             let resolution = settings.count("source_resolution");
-            VoxelSource::new(gpu, scene, resolution, uses_maps).map(Source::Voxels)
+            let voxels = VoxelSource::new(gpu, scene, resolution, uses_maps)?;
+            Ok(Source::Voxels(Box::new(voxels)))
         } else if settings.is("source", "raster") {
             RasterSource::new(gpu, settings.count("raster_texels")).map(Source::Raster)
         } else if settings.is("source", "store") {

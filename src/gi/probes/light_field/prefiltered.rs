@@ -28,7 +28,7 @@ gpu_struct! {
         pub rows: u32,
         /// Number of probes.
         pub probe_count: u32,
-        /// Which of [`LEVELS`], from 1 on.
+        /// Which level, from 1 on (`gi/probes/light_field/prefiltered.glsl`).
         pub level: u32,
         /// Directions that a texel is averaged over.
         pub sample_count: u32,
