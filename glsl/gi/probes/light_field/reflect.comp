@@ -125,10 +125,11 @@ vec3 light_in_level(uint probe, uint level, vec3 direction) {
 // What a lobe around `way` brings of what a probe sees; `sharp`: what a mirror would.
 vec3 light_of_lobe(uint probe, vec3 way, float roughness, vec3 sharp) {
     vec3 direction = normalize(way);
-    float rough = clamp(roughness / ROUGHEST, 0.0, 1.0) * 2.0;
+    // Lobes are as wide as α is, the square of roughness.
+    float share = min(roughness / ROUGHEST, 1.0), width = 4.0 * share * share;
     vec3 half_rough = light_in_level(probe, HALF_ROUGH, direction);
-    if (rough <= 1.0) return mix(sharp, half_rough, rough);
-    return mix(half_rough, light_in_level(probe, ROUGH, direction), rough - 1.0);
+    if (width <= 1.0) return mix(sharp, half_rough, width);
+    return mix(half_rough, light_in_level(probe, ROUGH, direction), (width - 1.0) / 3.0);
 }
 
 // The mean of a lobe around `direction`, and in alpha the share of the probes that see it.
