@@ -48,7 +48,7 @@ fn fields(gpu: &Gpu, scene: &Scene, probes: u32, edge: u32) -> Fields {
     let field = Field::new(gpu, &volume, edge).unwrap();
     let mut frame = Frame::new();
     frame.set_scene(&on_gpu.set, &on_gpu.materials);
-    field.trace(&mut frame, &paths.rays, &volume);
+    field.trace(&mut frame, &paths.rays, &volume, None);
     gpu.submit(frame).unwrap();
     Fields {
         on_gpu,

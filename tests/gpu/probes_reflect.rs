@@ -18,11 +18,12 @@ use lumivox::scene::{Camera, Material, Scene, Specular};
 
 use super::probes_field::unpack_rgbe;
 use super::probes_mirror::{SIZE, expected};
+use crate::support::Random;
 use crate::support::compare::{Worst, exceeds};
 use crate::support::gpu;
 use crate::support::loading::corners;
-use crate::support::scenes::bundled;
-use crate::support::technique::{Builder, block_errors, frame};
+use crate::support::scenes::{Corners, add_model, bundled, lump, scene_of, still};
+use crate::support::technique::{Builder, block_errors, frame, largest_difference};
 
 const ENTRIES: [&Entry; 2] = [&irradiance::ENTRY, &light_field::ENTRY];
 
@@ -368,5 +369,55 @@ fn mirrored_light_is_near_the_references() {
                 assert!(straight.rel_rmse > 1.5 * errors.rel_rmse, "{straight:?}");
             }
         }
+    }
+}
+
+/// As a renderer that was made when they stood there, bit by bit; most texels keep what they see.
+#[test]
+fn light_fields_follow_models() {
+    let gpu = gpu();
+    let small: Vec<Corners> = (lump(8, 1).into_iter())
+        .map(|corners| corners.map(|corner| 0.5 * (corner - 0.5)))
+        .collect();
+    let mut scene = metal_blocks(0.2);
+    let model = scene_of(&small, 4.0, &mut Random::new(1));
+    let poses = [Vec3::new(0.5, 1.2, 0.2), Vec3::new(0.4, 1.1, 0.25)].map(still);
+    add_model(&mut scene, model, &poses);
+    for entry in ENTRIES {
+        let pairs = [
+            "specular=prefiltered",
+            "probes=4",
+            "radiance_texels=32",
+            "bounces=2",
+        ];
+        let settings = entry.settings(None, &pairs).unwrap();
+        let renderer = |scene: &Scene| {
+            let of = frame(48, 36, 64);
+            Renderer::new(&gpu, scene, entry, &settings, of).unwrap().0
+        };
+        scene.set_time(0.0);
+        let mut following = renderer(&scene);
+        following.render(&scene.camera).unwrap();
+        scene.set_time(1.0);
+        following.set_pose(&scene).unwrap();
+        following.render(&scene.camera).unwrap();
+        let mut made = renderer(&scene);
+        made.render(&scene.camera).unwrap();
+        let [found, expected] = [&following, &made].map(|of| of.indirect_light().unwrap());
+        assert!(
+            expected
+                .specular
+                .pixels
+                .iter()
+                .any(|pixel| *pixel != Vec3::ZERO)
+        );
+        let specular = largest_difference(&found.specular, &expected.specular);
+        let diffuse = largest_difference(&found.irradiance, &expected.irradiance);
+        println!("{}: {specular} {diffuse}", entry.name);
+        assert!(
+            specular == 0.0 && diffuse == 0.0,
+            "{}: {specular} {diffuse}",
+            entry.name
+        );
     }
 }

@@ -262,7 +262,7 @@ impl IrradianceProbes {
         let mut frame = Frame::new();
         frame.set_scene(&scene.set, &scene.materials);
         if let Some(reflections) = &built.reflections {
-            reflections.trace(&mut frame, &built.scene.rays);
+            reflections.trace(&mut frame, &built.scene.rays, moved);
         }
         if !self.schedule.traces {
             self.trace(&mut frame, scene, built, built.volume.listed(), moved);

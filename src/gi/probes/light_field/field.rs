@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::passes::{FieldLightParams, FieldTraceParams, LIGHT, TRACE};
 use crate::gi::Inputs;
 use crate::gi::probes::lookup::Lookup;
+use crate::gi::probes::rays::{Moved, corners};
 use crate::gi::probes::volume::{Maps, Volume, store_image};
 use crate::gi::shared::paths::PathScene;
 use crate::graph::{Error, Frame, Gpu, Image, vk};
@@ -53,14 +54,26 @@ impl Field {
         [width.div_ceil(8), height.div_ceil(8), 1]
     }
 
-    /// Adds [`TRACE`]: what all probes see from where they stand.
-    pub fn trace(&self, frame: &mut Frame, triangles: &SceneRays, volume: &Volume) {
+    /// Adds [`TRACE`]: what all probes see from where they stand. With a box in which something has
+    /// moved (m), texels of probes that stand where they were, and do not see through it, keep what
+    /// they see.
+    pub fn trace(
+        &self,
+        frame: &mut Frame,
+        triangles: &SceneRays,
+        volume: &Volume,
+        moved: Option<Moved>,
+    ) {
+        let [low, high] = corners(moved);
         triangles
             .bind(frame.pass(&TRACE))
             .bind("probe_places", &volume.places)
             .bind("field_hits", &self.hits)
             .bind("field_surfaces", &self.surfaces)
+            .constant("KEEPS", moved.is_some())
             .push(&FieldTraceParams {
+                low,
+                high,
                 columns: self.columns,
                 edge: self.edge,
                 probe_count: self.probe_count,

@@ -25,7 +25,7 @@ use super::passes::{
     BLEND_SH, BOUNCE, EXPLORE, LIGHT as LIGHT_RAYS, MOMENTS, SURFACES, TRACE as TRACE_RAYS,
 };
 use super::placement::Standing;
-use super::rays::{Lighting, MomentFilter, ProbeRays};
+use super::rays::{Lighting, MomentFilter, Moved, ProbeRays};
 use super::settings::{PLACEMENT, PLACEMENT_RULES};
 use super::volume::{Irradiance, Kept, Volume};
 use crate::gi::entry::{Directions, Entry, Stage};
@@ -38,6 +38,7 @@ use crate::gi::{Change, Context, Inputs, Inspect, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image, PassBuilder};
 use crate::render::bvh::TURNS_A_RAY;
 use crate::render::{GBuffer, GpuScene, Receivers, screen_groups};
+use crate::scene::union;
 use settings::{FieldRaySettings, LOOKUP, MOMENT_TEXELS, PRESETS, RULES, SETTINGS};
 use view::{VIEW, VIEWS};
 
@@ -133,6 +134,8 @@ struct Built {
     volume: Volume,
     /// Where the probes stand (m).
     places: Vec<Vec3>,
+    /// Where models that move were when probes were traced (m).
+    models: Option<Moved>,
     /// Of which probes have their irradiance.
     rays: ProbeRays,
     field: Field,
@@ -176,15 +179,18 @@ impl LightFieldProbes {
         let (triangles, how) = (&built.scene.rays, (self.probe_rays, LOOKUP.normal_bias));
         let at = (&built.volume, &mut built.places);
         let mut stats = (self.standing).put((gpu, scene), triangles, at, how)?;
+        let models = scene.dynamic.as_ref().map(|dynamic| dynamic.bounds);
+        let before = std::mem::replace(&mut built.models, models);
+        let moved = before.zip(models).map(|(before, now)| union(before, now));
         let mut frame = Frame::new();
         frame.set_scene(&scene.set, &scene.materials);
-        built.field.trace(&mut frame, triangles, &built.volume);
+        (built.field).trace(&mut frame, triangles, &built.volume, moved);
         if self.has_irradiance() {
             let (paths, volume) = (&built.scene, &built.volume);
             let probes = volume.listed();
-            (built.rays).trace(&mut frame, (scene, paths), volume, probes, None);
+            (built.rays).trace(&mut frame, (scene, paths), volume, probes, moved);
             let of = (volume, probes);
-            (built.rays).moments(&mut frame, triangles, of, MomentFilter::Box, None);
+            (built.rays).moments(&mut frame, triangles, of, MomentFilter::Box, moved);
         }
         stats.append(gpu.submit(frame)?);
         Ok(stats)
@@ -280,6 +286,7 @@ impl Technique for LightFieldProbes {
         let mut built = Built {
             scene: own,
             places: Vec::new(),
+            models: None,
             prefiltered: parallax
                 .map(|parallax| Prefiltered::new(gpu, &field, parallax))
                 .transpose()?,

@@ -12,6 +12,10 @@ use crate::shader::GpuStruct;
 gpu_struct! {
     /// Parameters of `light_field.trace`.
     pub struct FieldTraceParams {
+        /// xyz: smallest corner of the box in which something has moved (m).
+        pub low: [f32; 4],
+        /// xyz: its largest corner (m).
+        pub high: [f32; 4],
         /// Maps beside each other in the images.
         pub columns: u32,
         /// Edge of a map (texels).
@@ -57,8 +61,8 @@ gpu_struct! {
     }
 }
 
-/// The surface that each texel of each probe sees. Reads places, writes RG32UI and R32UI; a thread
-/// a texel.
+/// The surface that each texel of each probe sees, where that may have changed. Reads places,
+/// writes RG32UI and R32UI; a thread a texel.
 pub static TRACE: Pass = Pass {
     name: "light_field.trace",
     shaders: Shaders::Compute("gi/probes/light_field/trace.comp"),
@@ -67,10 +71,10 @@ pub static TRACE: Pass = Pass {
         [
             Binding::buffer("probe_places", Access::ComputeRead),
             Binding::image("field_hits", Access::ComputeWrite),
-            Binding::image("field_surfaces", Access::ComputeWrite),
+            Binding::image("field_surfaces", Access::ComputeReadWrite),
         ],
     ),
-    constants: &bvh::CONSTANTS,
+    constants: &join::<_, 3, 1, 4>(bvh::CONSTANTS, ["KEEPS"]),
     params: Some(FieldTraceParams::LAYOUT),
     sets: Sets::Scene,
 };

@@ -12,6 +12,7 @@ use crate::gi::Inputs;
 use crate::gi::probes::lattice::Lattice;
 use crate::gi::probes::lookup::Lookup;
 use crate::gi::probes::mirror::FEW_MIRROR_RAYS;
+use crate::gi::probes::rays::Moved;
 use crate::gi::probes::volume::{Irradiance, Kept, Maps, Volume};
 use crate::gi::settings::{Domain, Group, Rule, Setting, Settings};
 use crate::gi::shared::paths::PathScene;
@@ -99,7 +100,8 @@ impl ReflectionProbes {
         };
         let volume = Volume::new(gpu, lattice, &kept)?;
         let places: Vec<Vec3> = lattice.places().collect();
-        volume.put(gpu, &places, &[])?;
+        // They never stand elsewhere; the first trace is of all.
+        volume.put(gpu, &places, &places)?;
         let field = Field::new(gpu, &volume, how.texels)?;
         Ok(ReflectionProbes {
             prefiltered: Prefiltered::new(gpu, &field, how.parallax)?,
@@ -108,9 +110,14 @@ impl ReflectionProbes {
         })
     }
 
-    /// Adds the pass that finds out what they see.
-    pub(in crate::gi::probes) fn trace(&self, frame: &mut Frame, triangles: &SceneRays) {
-        self.field.trace(frame, triangles, &self.volume);
+    /// Adds the pass that finds out what they see, all of it or as [`Field::trace`] has it.
+    pub(in crate::gi::probes) fn trace(
+        &self,
+        frame: &mut Frame,
+        triangles: &SceneRays,
+        moved: Option<Moved>,
+    ) {
+        self.field.trace(frame, triangles, &self.volume, moved);
     }
 
     /// Adds the passes that light what they see, and average it. `probes`: of which it reflects the
