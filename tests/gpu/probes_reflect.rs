@@ -289,7 +289,7 @@ fn a_chequered_room_is_mirrored_where_it_is() {
             let way = (place - eye).normalize() * Vec3::new(1.0, -1.0, 1.0);
             let sides = Vec3::new(2.0f32.copysign(way.x), 3.0, 2.0f32.copysign(way.z));
             let t = (sides - place) / way;
-            let nearest = t.to_array().into_iter().fold(f32::MAX, f32::min);
+            let nearest = t.min_element();
             let at = (place + nearest * way - Vec3::new(-2.0, 0.0, -2.0)) / SQUARE;
             let on: Vec<f32> = (0..3)
                 .filter(|axis| t[*axis] > nearest)
