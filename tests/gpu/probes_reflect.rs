@@ -18,11 +18,11 @@ use lumivox::scene::{Camera, Material, Scene, Specular};
 
 use super::probes_field::unpack_rgbe;
 use super::probes_mirror::{SIZE, expected};
-use crate::support::Random;
+use super::probes_voxels::with_lamp;
 use crate::support::compare::{Worst, exceeds};
 use crate::support::gpu;
 use crate::support::loading::corners;
-use crate::support::scenes::{Corners, add_model, bundled, lump, scene_of, still};
+use crate::support::scenes::bundled;
 use crate::support::technique::{Builder, block_errors, frame, largest_difference};
 
 const ENTRIES: [&Entry; 2] = [&irradiance::ENTRY, &light_field::ENTRY];
@@ -376,13 +376,7 @@ fn mirrored_light_is_near_the_references() {
 #[test]
 fn light_fields_follow_models() {
     let gpu = gpu();
-    let small: Vec<Corners> = (lump(8, 1).into_iter())
-        .map(|corners| corners.map(|corner| 0.5 * (corner - 0.5)))
-        .collect();
-    let mut scene = metal_blocks(0.2);
-    let model = scene_of(&small, 4.0, &mut Random::new(1));
-    let poses = [Vec3::new(0.5, 1.2, 0.2), Vec3::new(0.4, 1.1, 0.25)].map(still);
-    add_model(&mut scene, model, &poses);
+    let mut scene = with_lamp(metal_blocks(0.2), [[0.5, 1.2, 0.2], [0.4, 1.1, 0.25]]);
     for entry in ENTRIES {
         let pairs = [
             "specular=prefiltered",

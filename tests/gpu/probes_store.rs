@@ -10,10 +10,9 @@ use lumivox::image::{Aov, Image};
 use lumivox::scene::Scene;
 
 use super::probes_mirror::glossy_box;
-use super::probes_voxels::off;
-use crate::support::Random;
+use super::probes_voxels::{off, with_lamp};
 use crate::support::gpu;
-use crate::support::scenes::{Corners, add_model, bundled, lump, scene_of, still};
+use crate::support::scenes::bundled;
 use crate::support::technique::{frame, largest_difference};
 
 const ENTRIES: [&Entry; 2] = [&irradiance::ENTRY, &cascades::ENTRY];
@@ -79,13 +78,7 @@ fn light_is_that_of_triangles_about() {
 #[test]
 fn borrowed_stores_follow_models_and_the_camera() {
     let gpu = gpu();
-    let small: Vec<Corners> = (lump(8, 1).into_iter())
-        .map(|corners| corners.map(|corner| 0.5 * (corner - 0.5)))
-        .collect();
-    let mut scene = bundled("cornell");
-    let model = scene_of(&small, 4.0, &mut Random::new(1));
-    let poses = [Vec3::new(0.5, 1.2, 0.2), Vec3::new(-0.5, 0.9, 0.4)].map(still);
-    add_model(&mut scene, model, &poses);
+    let mut scene = with_lamp(bundled("cornell"), [[0.5, 1.2, 0.2], [-0.5, 0.9, 0.4]]);
     for (entry, store) in [
         (&irradiance::ENTRY, "store=dense"),
         (&irradiance::ENTRY, "store=sparse"),

@@ -151,17 +151,21 @@ fn light_is_that_of_triangles_about() {
     assert!(off(&found, &expected) < 0.03);
 }
 
+/// A scene with a lamp that moves from one place (m) to the other in a second.
+pub(super) fn with_lamp(mut scene: Scene, places: [[f32; 3]; 2]) -> Scene {
+    let small: Vec<Corners> = (lump(8, 1).into_iter())
+        .map(|corners| corners.map(|corner| 0.5 * (corner - 0.5)))
+        .collect();
+    let model = scene_of(&small, 4.0, &mut Random::new(1));
+    add_model(&mut scene, model, &places.map(|place| still(place.into())));
+    scene
+}
+
 /// As a renderer that was made when they stood there.
 #[test]
 fn sources_follow_models() {
     let gpu = gpu();
-    let small: Vec<Corners> = (lump(8, 1).into_iter())
-        .map(|corners| corners.map(|corner| 0.5 * (corner - 0.5)))
-        .collect();
-    let mut scene = bundled("cornell");
-    let model = scene_of(&small, 4.0, &mut Random::new(1));
-    let poses = [Vec3::new(0.5, 1.2, 0.2), Vec3::new(-0.5, 0.9, 0.4)].map(still);
-    add_model(&mut scene, model, &poses);
+    let mut scene = with_lamp(bundled("cornell"), [[0.5, 1.2, 0.2], [-0.5, 0.9, 0.4]]);
     for source in ["source=voxels", "source=raster"] {
         let pairs = ["probes=6", source, "source_resolution=32"];
         let settings = ENTRY.settings(None, &pairs).unwrap();
