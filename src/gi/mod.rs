@@ -91,7 +91,7 @@ pub struct Wanted {
 #[derive(Clone, Copy)]
 pub struct CastRays<'r> {
     /// Two rows a ray. xyz: where it starts (m), and where it goes; w: bits of the numbers of its
-    /// family and of the ray in it.
+    /// family and of the ray in it. A ray that goes nowhere is not cast.
     pub rays: &'r Arc<Buffer>,
     /// A row a ray. rgb: radiance (W/(m² sr)); w: how far that is (m), infinite where nothing is.
     pub hits: &'r Arc<Buffer>,
@@ -191,6 +191,12 @@ pub trait Technique: Inspect {
     /// Adds the pass that casts rays of another technique through its store, as it is in this
     /// frame, where [`Wanted::casts`] was wanted of it.
     fn cast(&self, _frame: &mut Frame, _rays: CastRays<'_>) {}
+
+    /// How far outside of a box in which models have moved (m) such rays may meet something else
+    /// than before: by default anywhere.
+    fn cast_margin(&self) -> f32 {
+        f32::INFINITY
+    }
 
     /// Writes [`Inputs::direct`], where the technique shadows the direct light itself. Otherwise,
     /// as by default, it is drawn with shadow maps.

@@ -79,6 +79,14 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/probes/cascades/gather.comp.spv"),
     ),
     (
+        "gi/probes/cascades/light_field.comp",
+        include_bytes!("../../spirv/gi/probes/cascades/light_field.comp.spv"),
+    ),
+    (
+        "gi/probes/cascades/light_field_query.comp",
+        include_bytes!("../../spirv/gi/probes/cascades/light_field_query.comp.spv"),
+    ),
+    (
         "gi/probes/cascades/mirror.comp",
         include_bytes!("../../spirv/gi/probes/cascades/mirror.comp.spv"),
     ),
@@ -107,6 +115,16 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         "gi/probes/explore_query.comp",
         include_bytes!("../../spirv/gi/probes/explore_query.comp.spv"),
     ),
+    ("gi/probes/field_light.comp", include_bytes!("../../spirv/gi/probes/field_light.comp.spv")),
+    (
+        "gi/probes/field_light_query.comp",
+        include_bytes!("../../spirv/gi/probes/field_light_query.comp.spv"),
+    ),
+    ("gi/probes/field_trace.comp", include_bytes!("../../spirv/gi/probes/field_trace.comp.spv")),
+    (
+        "gi/probes/field_trace_query.comp",
+        include_bytes!("../../spirv/gi/probes/field_trace_query.comp.spv"),
+    ),
     ("gi/probes/gather.comp", include_bytes!("../../spirv/gi/probes/gather.comp.spv")),
     (
         "gi/probes/gather_by_rays.comp",
@@ -126,40 +144,12 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/probes/light_field/gather_query.comp.spv"),
     ),
     (
-        "gi/probes/light_field/light.comp",
-        include_bytes!("../../spirv/gi/probes/light_field/light.comp.spv"),
-    ),
-    (
-        "gi/probes/light_field/light_query.comp",
-        include_bytes!("../../spirv/gi/probes/light_field/light_query.comp.spv"),
-    ),
-    (
         "gi/probes/light_field/mirror.comp",
         include_bytes!("../../spirv/gi/probes/light_field/mirror.comp.spv"),
     ),
     (
         "gi/probes/light_field/mirror_query.comp",
         include_bytes!("../../spirv/gi/probes/light_field/mirror_query.comp.spv"),
-    ),
-    (
-        "gi/probes/light_field/prefilter.comp",
-        include_bytes!("../../spirv/gi/probes/light_field/prefilter.comp.spv"),
-    ),
-    (
-        "gi/probes/light_field/reflect.comp",
-        include_bytes!("../../spirv/gi/probes/light_field/reflect.comp.spv"),
-    ),
-    (
-        "gi/probes/light_field/reflect_query.comp",
-        include_bytes!("../../spirv/gi/probes/light_field/reflect_query.comp.spv"),
-    ),
-    (
-        "gi/probes/light_field/trace.comp",
-        include_bytes!("../../spirv/gi/probes/light_field/trace.comp.spv"),
-    ),
-    (
-        "gi/probes/light_field/trace_query.comp",
-        include_bytes!("../../spirv/gi/probes/light_field/trace_query.comp.spv"),
     ),
     (
         "gi/probes/light_field/view.comp",
@@ -187,8 +177,14 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         "gi/probes/moments_voxels.comp",
         include_bytes!("../../spirv/gi/probes/moments_voxels.comp.spv"),
     ),
+    ("gi/probes/prefilter.comp", include_bytes!("../../spirv/gi/probes/prefilter.comp.spv")),
     ("gi/probes/raster.frag", include_bytes!("../../spirv/gi/probes/raster.frag.spv")),
     ("gi/probes/raster.vert", include_bytes!("../../spirv/gi/probes/raster.vert.spv")),
+    ("gi/probes/reflect.comp", include_bytes!("../../spirv/gi/probes/reflect.comp.spv")),
+    (
+        "gi/probes/reflect_query.comp",
+        include_bytes!("../../spirv/gi/probes/reflect_query.comp.spv"),
+    ),
     ("gi/probes/surfaces.comp", include_bytes!("../../spirv/gi/probes/surfaces.comp.spv")),
     (
         "gi/probes/surfaces_query.comp",

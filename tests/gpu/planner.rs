@@ -126,7 +126,31 @@ struct Life {
 }
 
 /// Few, which run every pass of every technique between them.
-const LIVES: [Life; 55] = [
+const LIVES: [Life; 57] = [
+    Life {
+        technique: "probe-cascades",
+        preset: Some("default"),
+        pairs: &[
+            ("probes", "4"),
+            ("rays", "32"),
+            ("bounces", "2"),
+            ("specular", "prefiltered"),
+            ("reflection_probes", "3"),
+            ("radiance_texels", "16"),
+        ],
+        surfaces: Surfaces::Glossy,
+    },
+    Life {
+        technique: "light-field-probes",
+        preset: Some("default"),
+        pairs: &[
+            ("probes", "3"),
+            ("radiance_texels", "16"),
+            ("specular", "cones"),
+            ("source_resolution", "16"),
+        ],
+        surfaces: Surfaces::Glossy,
+    },
     Life {
         technique: "irradiance-probes",
         preset: Some("default"),

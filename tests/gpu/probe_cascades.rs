@@ -110,7 +110,7 @@ fn a_pool_holds_what_is_needed_and_lights_all_in_turn() {
     let mut random = Random::new(33);
     let levels = 3;
     for case in 0..60 {
-        let capacity = 40 + random.below(60);
+        let mut capacity = 40 + random.below(60);
         let mut pool = Pool::new(capacity);
         let mut slots: BTreeMap<Key, u32> = BTreeMap::new();
         for _ in 0..20 {
@@ -121,6 +121,11 @@ fn a_pool_holds_what_is_needed_and_lights_all_in_turn() {
                     Key::new(random.below(levels), levels, at)
                 })
                 .collect();
+            assert_eq!(pool.room(), capacity);
+            if random.below(5) == 0 {
+                capacity += random.below(9);
+            }
+            pool.grow(capacity);
             assert_eq!(pool.room(), capacity);
             if needed.len() > capacity as usize {
                 continue;
@@ -323,6 +328,7 @@ fn a_walk_ends_in_the_picture_of_that_place() {
     for (bounces, budget) in [("bounces=1", 0), ("bounces=1", 40), ("bounces=2", 40)] {
         let budget = format!("probes_per_frame={budget}");
         let mut walker = renderer(&gpu, &scene, &[bounces, &budget]);
+        let mut rooms = BTreeSet::new();
         let [mut least, mut probes] = [f64::INFINITY, 0.0];
         for step in 0..12u16 {
             let camera = walk(0.5 + 0.04 * f32::from(step));
@@ -335,6 +341,7 @@ fn a_walk_ends_in_the_picture_of_that_place() {
             };
             least = least.min(sum(&found) / sum(&expected));
             probes = count(&mut walker, "probes") as f64;
+            rooms.insert(count(&mut walker, "probe_room"));
             if budget == "probes_per_frame=0" {
                 let off = largest_difference(&found, &expected);
                 assert!(off < 1e-3, "step {step}: {off}");
@@ -344,6 +351,8 @@ fn a_walk_ends_in_the_picture_of_that_place() {
             least > 0.7,
             "{bounces}, {budget}: {least} of the light on the way"
         );
+        // What is there already keeps its light where room is made for more.
+        assert!(rooms.len() > 1, "{rooms:?}");
         // Each has its turn, and with two bounces what others have then.
         let camera = walk(0.5 + 0.04 * 11.0);
         let rounds = 2 * (probes / 40.0).ceil() as u32;

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3, IVec2, Vec3};
 use lumivox::gi::probes::Lattice;
-use lumivox::gi::probes::light_field::Field;
+use lumivox::gi::probes::field::Field;
 use lumivox::gi::probes::oracle::{FieldMap, Met, Texel, direction, direction_of, octahedral};
 use lumivox::gi::probes::passes::LookupRow;
 use lumivox::gi::probes::volume::{Irradiance, Kept, Volume};

@@ -2,12 +2,13 @@
 
 use glam::{DVec2, DVec3, Vec3};
 use lumivox::gi::probes::oracle::{ray_set, turn_of};
-use lumivox::gi::probes::raster::RasterSource;
+use lumivox::gi::probes::raster::{MovedPast, RasterSource};
 use lumivox::graph::Frame;
 use lumivox::render::bvh::oracle::RayOracle;
 use lumivox::scene::Scene;
 
 use super::probes::{scenes, texels, traced};
+use super::probes_time::inside_box;
 use super::probes_voxels::{light, off};
 use crate::support::gpu;
 use crate::support::loading::corners;
@@ -51,6 +52,22 @@ fn reach(scene: &Scene, triangle: u32, place: Vec3, direction: DVec3) -> (f64, b
     ((on.x * first + on.y * second - from).length(), meets)
 }
 
+/// The middle of the texel of a view of `edge` texels that shows a direction; none where rounding
+/// decides between two.
+fn middle_of(direction: DVec3, edge: u32) -> Option<DVec3> {
+    let size = direction.abs().to_array();
+    let larger = |most: usize, axis: usize| if size[axis] > size[most] { axis } else { most };
+    let axis = (0..3).fold(0, larger);
+    let face = 2 * axis + usize::from(direction[axis] < 0.0);
+    let local = to_face(face, direction);
+    let at = (local.truncate() / local.z * 0.5 + 0.5) * f64::from(edge);
+    if (at - at.round()).abs().min_element() < 1e-3 {
+        return None;
+    }
+    let middle = (at.floor() + 0.5) * (2.0 / f64::from(edge)) - 1.0;
+    Some(from_face(face, middle.extend(1.0)).normalize())
+}
+
 #[test]
 fn rays_end_on_the_triangles_that_are_drawn() {
     let gpu = gpu();
@@ -61,7 +78,7 @@ fn rays_end_on_the_triangles_that_are_drawn() {
             let mut frame = Frame::new();
             frame.set_scene(&of.on_gpu.set, &of.on_gpu.materials);
             let probes = (&of.volume, of.volume.listed());
-            source.trace(&mut frame, &of.on_gpu, &of.rays, probes, true);
+            source.trace(&mut frame, &of.on_gpu, &of.rays, probes, (true, None));
             gpu.submit(frame).unwrap();
             let found: Vec<[u32; 4]> = texels(&gpu, &of.rays.hits);
             let (oracle, set) = (RayOracle::new(&scene), ray_set(of.rays.count));
@@ -69,22 +86,9 @@ fn rays_end_on_the_triangles_that_are_drawn() {
             for (probe, place) in (0..).zip(of.volume.lattice.places()) {
                 for (ray, direction) in (0..).zip(&set) {
                     let direction = turn_of(probe) * *direction;
-                    let size = direction.abs().to_array();
-                    let axis = (0..3).fold(
-                        0,
-                        |most, axis| {
-                            if size[axis] > size[most] { axis } else { most }
-                        },
-                    );
-                    let face = 2 * axis + usize::from(direction[axis] < 0.0);
-                    let local = to_face(face, direction);
-                    let at = (local.truncate() / local.z * 0.5 + 0.5) * f64::from(edge);
-                    // Between two texels rounding decides.
-                    if (at - at.round()).abs().min_element() < 1e-3 {
+                    let Some(towards) = middle_of(direction, edge) else {
                         continue;
-                    }
-                    let middle = (at.floor() + 0.5) * (2.0 / f64::from(edge)) - 1.0;
-                    let towards = from_face(face, middle.extend(1.0)).normalize();
+                    };
                     let expected = oracle.closest((place, towards.as_vec3(), None));
                     let hit = found[(probe * of.rays.count + ray) as usize];
                     all += 1;
@@ -110,6 +114,64 @@ fn rays_end_on_the_triangles_that_are_drawn() {
             );
         }
     }
+}
+
+/// Rays are asked again whose texel shows a box or what is behind it, and those of a probe that has
+/// moved; no others.
+#[test]
+fn rays_keep_their_views_where_nothing_moved() {
+    const EDGE: u32 = 16;
+    let gpu = gpu();
+    let scene = bundled("cornell");
+    let of = traced(&gpu, &scene, [4, 64], [8, 8]);
+    let source = RasterSource::new(&gpu, EDGE).unwrap();
+    let trace = |moved: Option<&MovedPast<'_>>| {
+        let mut frame = Frame::new();
+        frame.set_scene(&of.on_gpu.set, &of.on_gpu.materials);
+        let probes = (&of.volume, of.volume.listed());
+        source.trace(&mut frame, &of.on_gpu, &of.rays, probes, (true, moved));
+        gpu.submit(frame).unwrap();
+        let hits: Vec<[u32; 4]> = texels(&gpu, &of.rays.hits);
+        hits
+    };
+    let hits = trace(None);
+    let moments = gpu.read_image(&of.volume.moments, 0, 0).unwrap();
+    let marked: Vec<[u32; 4]> = hits
+        .iter()
+        .map(|[x, y, z, w]| [*x, *y, *z, w ^ 1])
+        .collect();
+    gpu.upload_image(&of.rays.hits, 0, 0, bytemuck::cast_slice(&marked))
+        .unwrap();
+    let places: Vec<Vec3> = of.volume.lattice.places().collect();
+    let mut before = places.clone();
+    before[5] += 0.1;
+    of.volume.put(&gpu, &places, &before).unwrap();
+    let bounds = (Vec3::new(0.3, 1.0, 0.0), Vec3::new(0.6, 1.4, 0.3));
+    let again = trace(Some(&MovedPast {
+        bounds,
+        places: [&places, &before],
+    }));
+    let corners = [bounds.0, bounds.1].map(Vec3::as_dvec3);
+    let set = ray_set(of.rays.count);
+    let mut traced = [0, 0];
+    for (probe, place) in (0..).zip(&places) {
+        for (ray, direction) in (0..).zip(&set) {
+            let index = (probe * of.rays.count + ray) as usize;
+            let Some(middle) = middle_of(turn_of(probe) * *direction, EDGE) else {
+                continue;
+            };
+            let inside = inside_box(place.as_dvec3(), middle, f64::INFINITY, corners);
+            if probe != 5 && inside.abs() < 1e-3 {
+                continue;
+            }
+            let is_again = again[index] == hits[index];
+            assert_eq!(is_again, probe == 5 || inside > 0.0, "{inside}");
+            traced[usize::from(is_again)] += 1;
+        }
+    }
+    println!("{traced:?}");
+    assert!(traced[0] > traced[1] && traced[1] > of.rays.count);
+    assert!(moments == gpu.read_image(&of.volume.moments, 0, 0).unwrap());
 }
 
 /// More texels bring it nearer to the light of rays through triangles.

@@ -3,19 +3,23 @@
 use glam::Vec3;
 use lumivox::frame::Renderer;
 use lumivox::gi::entry::Entry;
-use lumivox::gi::probes::{cascades, irradiance};
+use lumivox::gi::probes::{cascades, irradiance, light_field};
 use lumivox::gi::registry;
 use lumivox::graph::Gpu;
 use lumivox::image::{Aov, Image};
 use lumivox::scene::Scene;
 
 use super::probes_mirror::glossy_box;
+use super::probes_reflect::metal_blocks;
 use super::probes_voxels::{off, with_lamp};
 use crate::support::gpu;
 use crate::support::scenes::bundled;
 use crate::support::technique::{frame, largest_difference};
 
 const ENTRIES: [&Entry; 2] = [&irradiance::ENTRY, &cascades::ENTRY];
+
+/// Techniques whose surfaces may mirror by cones through the stores of others.
+const MIRRORING: [&Entry; 3] = [&irradiance::ENTRY, &cascades::ENTRY, &light_field::ENTRY];
 
 /// Techniques that lend their stores, and the kinds of these.
 const LENDERS: [[&str; 2]; 3] = [
@@ -24,7 +28,8 @@ const LENDERS: [[&str; 2]; 3] = [
     ["clipmap", "nested"],
 ];
 
-const PROBES: [&str; 2] = ["probes=8", "probes_per_frame=0"];
+/// Of those that they have.
+const PROBES: [[&str; 2]; 2] = [["probes", "8"], ["probes_per_frame", "0"]];
 
 fn renderer<'g>(
     gpu: &'g Gpu,
@@ -32,7 +37,13 @@ fn renderer<'g>(
     entry: &'static Entry,
     pairs: &[&str],
 ) -> Renderer<'g> {
-    let settings = entry.settings(None, &[&PROBES, pairs].concat()).unwrap();
+    let has = |name: &str| entry.all_settings().any(|setting| setting.name == name);
+    let known = PROBES.iter().filter(|[name, _]| has(name));
+    let pairs: Vec<String> = known
+        .map(|[name, value]| format!("{name}={value}"))
+        .chain(pairs.iter().map(ToString::to_string))
+        .collect();
+    let settings = entry.settings(None, &pairs).unwrap();
     let of = frame(48, 36, 128);
     Renderer::new(gpu, scene, entry, &settings, of).unwrap().0
 }
@@ -123,7 +134,7 @@ fn cones_are_those_of_the_lender() {
         itself.render(&scene.camera).unwrap();
         let expected = itself.indirect_light().unwrap().specular;
         assert!(expected.pixels.iter().any(|pixel| *pixel != Vec3::ZERO));
-        for entry in ENTRIES {
+        for entry in MIRRORING {
             let store = format!("store={store}");
             let pairs = ["specular=cones", "source_resolution=32", &store];
             let mut renderer = renderer(&gpu, &scene, entry, &pairs);
@@ -133,6 +144,30 @@ fn cones_are_those_of_the_lender() {
             println!("{} {lender}: {off}", entry.name);
             assert!(off < 1e-4, "{} {lender}: {off}", entry.name);
         }
+    }
+}
+
+/// What rays of surfaces hit has as many bounces behind it as through triangles.
+#[test]
+fn rays_mirror_as_many_bounces_as_through_triangles() {
+    let gpu = gpu();
+    let scene = metal_blocks(0.2);
+    for entry in ENTRIES {
+        let mirrored = |pairs: &[&str]| {
+            let mut renderer = renderer(&gpu, &scene, entry, pairs);
+            renderer.render(&scene.camera).unwrap();
+            renderer.indirect_light().unwrap().specular
+        };
+        let [one, two] = ["bounces=1", "bounces=2"].map(|bounces| mirrored(&[bounces]));
+        let of_store = |bounces| {
+            let pairs = ["source=store", "source_resolution=32", bounces];
+            mirrored(&pairs)
+        };
+        let found = ["bounces=1", "bounces=2"].map(of_store);
+        let further = off(&one, &two);
+        let offs = [off(&found[0], &one), off(&found[1], &two)];
+        println!("{}: {offs:.4?}, a bounce {further:.4}", entry.name);
+        assert!(offs[0] < 1e-5 && offs[1] < 0.2 * further, "{offs:?}");
     }
 }
 

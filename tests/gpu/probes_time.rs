@@ -15,7 +15,12 @@ use crate::support::technique::{Surfaces, frame, largest_difference, small_light
 
 /// How far a ray is inside of a box (m), negative where it does not come through it before
 /// `distance`: slab by slab.
-fn inside_box(origin: DVec3, direction: DVec3, distance: f64, [low, high]: [DVec3; 2]) -> f64 {
+pub(super) fn inside_box(
+    origin: DVec3,
+    direction: DVec3,
+    distance: f64,
+    [low, high]: [DVec3; 2],
+) -> f64 {
     let (mut first, mut last) = (0.0, distance);
     for axis in 0..3 {
         let [a, b] = [low, high].map(|corner| (corner[axis] - origin[axis]) / direction[axis]);

@@ -9,6 +9,12 @@ vec3 to_face(uint face, vec3 way) {
     return (face & 1u) == 0u ? turned : vec3(turned.xy, -turned.z);
 }
 
+vec3 from_face(uint face, vec3 turned) {
+    vec3 way = (face & 1u) == 0u ? turned : vec3(turned.xy, -turned.z);
+    uint axis = face >> 1;
+    return axis == 0u ? way.zxy : axis == 1u ? way.yzx : way.xyz;
+}
+
 // The face that shows a direction.
 uint face_of(vec3 direction) {
     vec3 size = abs(direction);

@@ -8,17 +8,20 @@ layout(local_size_x = 64) in;
 #define SPACE_BINDING 0
 #define SPACE_CONSTANT 0
 #define FIRST_BINDING 4
-const uint KEEPS = 0;
+#define KEEPS_CONSTANT 1
 #elif defined RASTER
 #define RASTER_BINDING 0
 #define RASTER_CONSTANT 0
 #define FIRST_BINDING 1
-const uint KEEPS = 0;
+#define KEEPS_CONSTANT 1
 #else
 #include "render/bvh/bindings.glsl"
 #define FIRST_BINDING 5
-layout(constant_id = 3) const uint KEEPS = 0;   // 1: texels stay whose rays see nothing that moved
+#define KEEPS_CONSTANT 3
 #endif
+
+// 1: texels stay whose rays see nothing that moved
+layout(constant_id = KEEPS_CONSTANT) const uint KEEPS = 0;
 
 layout(std430, set = 1, binding = FIRST_BINDING) restrict readonly buffer ProbePlaces {
     vec4 probe_places[];
@@ -29,7 +32,6 @@ layout(set = 1, binding = FIRST_BINDING + 1, rg16f) uniform restrict writeonly i
 
 #include "gi/probes/moments.glsl"
 #include "gi/probes/moment_rays.glsl"
-#include "gi/probes/touches.glsl"
 #ifdef VOXELS
 #include "gi/probes/voxels.glsl"
 #elif defined RASTER
@@ -37,6 +39,7 @@ layout(set = 1, binding = FIRST_BINDING + 1, rg16f) uniform restrict writeonly i
 #else
 #include "render/bvh/traverse.glsl"
 #endif
+#include "gi/probes/sees_moved.glsl"
 
 // How far ray `ray` of a texel sees [m].
 float distance_along(vec3 place, vec3 direction, uint texel, uint ray) {
@@ -54,14 +57,7 @@ void main() {
     if (index >= params.all) return;
     vec4 place = probe_places[probe_of(index).x];
     ivec2 texel = place_of(index);
-    if (KEEPS != 0u) {
-        float far_m = params.reach * params.cell_m;
-        bool is_changed = place.w != 0.0;
-        for (uint i = 0u; i < RAYS_OF_TEXEL; ++i)
-            is_changed = is_changed
-                || touches_box(place.xyz, ray_of_texel(texel, i, params.edge), far_m);
-        if (!is_changed) return;
-    }
+    if (KEEPS != 0u && !sees_moved(place, texel, params.edge)) return;
     vec2 sum = vec2(0.0);
     for (uint i = 0u; i < RAYS_OF_TEXEL; ++i)
         sum += moments_of(distance_along(place.xyz, ray_of_texel(texel, i, params.edge), index, i));

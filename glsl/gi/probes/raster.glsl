@@ -13,6 +13,20 @@ layout(set = 1, binding = RASTER_BINDING) uniform utexture2D probe_views;
 
 const uint NOTHING_SEEN = 0xffffffffu;
 
+// The texel of its face that shows a direction.
+ivec2 raster_texel(uint face, vec3 direction) {
+    vec3 local = to_face(face, direction);
+    vec2 at = (local.xy / local.z * 0.5 + 0.5) * float(RASTER_TEXELS);
+    return clamp(ivec2(at), ivec2(0), ivec2(RASTER_TEXELS - 1u));
+}
+
+// The middle of that texel: what is drawn there is what is met along it.
+vec3 drawn_along(vec3 direction) {
+    uint face = face_of(direction);
+    vec2 at = (vec2(raster_texel(face, direction)) + 0.5) / float(RASTER_TEXELS);
+    return from_face(face, vec3(2.0 * at - 1.0, 1.0));
+}
+
 struct RasterHit {
     uint triangle;    // NOTHING_SEEN: none
     vec2 at;          // where on it: shares of its second and third corner
@@ -23,9 +37,7 @@ struct RasterHit {
 // them: what the texel there shows, where the direction meets its triangle or comes nearest to it.
 RasterHit raster_along(uint probe, vec3 place, vec3 direction) {
     uint face = face_of(direction);
-    vec3 local = to_face(face, direction);
-    vec2 at = (local.xy / local.z * 0.5 + 0.5) * float(RASTER_TEXELS);
-    ivec2 texel = clamp(ivec2(at), ivec2(0), ivec2(RASTER_TEXELS - 1u));
+    ivec2 texel = raster_texel(face, direction);
     ivec2 size = textureSize(usampler2D(probe_views, nearest_clamp), 0);
     ivec2 tile = tile_of_face(probe, face, uint(size.x) / RASTER_TEXELS, RASTER_TEXELS);
     uint triangle = texelFetch(usampler2D(probe_views, nearest_clamp), tile + texel, 0).r;

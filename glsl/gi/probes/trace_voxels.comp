@@ -7,14 +7,19 @@ layout(local_size_x = 64) in;
 #define SPACE_BINDING 0
 #define SPACE_CONSTANT 0
 
+layout(constant_id = 1) const uint KEEPS = 0;   // 1: what rays have met stays where nothing moved
+
+// w: 1 where the probe stands elsewhere than when its rays were traced
 layout(std430, set = 1, binding = 4) restrict readonly buffer ProbePlaces { vec4 probe_places[]; };
 layout(set = 1, binding = 5) uniform texture2D ray_set;
 // as gi/probes/hit_surface.glsl packs it, but for a voxel's number in place of the triangle's
-layout(set = 1, binding = 6, rgba32ui) uniform restrict writeonly uimage2D ray_hits;
+layout(set = 1, binding = 6, rgba32ui) uniform restrict uimage2D ray_hits;
 #define LIST_BINDING 7
 #include "gi/probes/list.glsl"
 
-layout(push_constant) uniform VoxelRayParams {
+layout(push_constant) uniform VoxelTraceParams {
+    vec4 low;            // xyz: the box in which something has moved [m]
+    vec4 high;
     vec4 grid;           // xyz: smallest corner of the grid; w: edge of its voxels [m]
     uint resolution;     // edge of the grid [voxels]
     uint ray_count;      // of a probe
@@ -26,6 +31,7 @@ layout(push_constant) uniform VoxelRayParams {
 #include "gi/probes/voxels.glsl"
 #include "gi/probes/hit.glsl"
 #include "gi/probes/rays.glsl"
+#include "gi/probes/touches.glsl"
 
 // The normal of what a ray sees of a voxel: of its plane, or of the face towards the ray.
 vec3 seen_normal(Voxel voxel, vec3 direction) {
@@ -47,7 +53,12 @@ void main() {
     uint own = index % params.ray_count;
     ivec2 texel = texel_of_ray(probe.x * params.ray_count + own);
     vec3 direction = turn_of(probe.y) * ray_of_set(own);
-    VoxelHit hit = voxel_along(probe_places[probe.x].xyz, direction, probe.x, own);
+    vec4 place = probe_places[probe.x];
+    if (KEEPS != 0u) {
+        float distance = uintBitsToFloat(imageLoad(ray_hits, texel).w);
+        if (place.w == 0.0 && !touches_box(place.xyz, direction, distance)) return;
+    }
+    VoxelHit hit = voxel_along(place.xyz, direction, probe.x, own);
     uvec4 packed = uvec4(0xffffffffu, 0u, 0u, floatBitsToUint(hit.distance));
     if (hit.slot >= 0) {
         Voxel voxel = surface_of(uint(hit.slot));

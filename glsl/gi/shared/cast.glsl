@@ -5,7 +5,7 @@
 
 struct CastRay {
     vec4 origin;      // xyz: where it starts [m]; w: bits of a number that its family has alone
-    vec4 direction;   // xyz: of unit length; w: bits of its number in the family
+    vec4 direction;   // xyz: of unit length, or 0: not cast; w: bits of its number in the family
 };
 
 struct CastHit {

@@ -6,10 +6,8 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use super::borrowed::{AIM, Borrowed, MOMENTS_CAST, TAKE};
+use super::field;
 use super::figures;
-use super::light_field::{
-    self, REFLECTION_RULES, REFLECTION_SETTINGS, ReflectionProbes, ReflectionSettings,
-};
 use super::list::Listed;
 use super::lookup::{Lookup, gather};
 use super::mirror::{self, MIRROR, SPECULAR_RULES};
@@ -18,8 +16,12 @@ use super::passes::{
     STRUCTS, SURFACES, TRACE,
 };
 use super::placement::Standing;
-use super::raster::{MOMENTS_RASTER, RASTER, TRACE_RASTER};
+use super::prefiltered::{PREFILTER, REFLECT};
+use super::raster::{MOMENTS_RASTER, MovedPast, RASTER, TRACE_RASTER};
 use super::rays::{Lighting, MomentFilter, Moved, ProbeRays};
+use super::reflection::{
+    REFLECTION_RULES, REFLECTION_SETTINGS, ReflectionProbes, ReflectionSettings,
+};
 use super::schedule::{self, Schedule};
 use super::settings::{
     KEPT_SETTINGS, LOOKUP_SETTINGS, PLACEMENT, PLACEMENT_RULES, PRESETS, RULES, SETTINGS,
@@ -89,10 +91,10 @@ pub static ENTRY: Entry = Entry {
             &AIM,
             &TAKE,
             &MOMENTS_CAST,
-            &light_field::TRACE,
-            &light_field::LIGHT,
-            &light_field::PREFILTER,
-            &light_field::REFLECT,
+            &field::TRACE,
+            &field::LIGHT,
+            &PREFILTER,
+            &REFLECT,
         ],
         voxel::PASSES,
     ],
@@ -170,6 +172,8 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
     let uses_maps = settings.is("hit_light", "maps");
     let casts = settings.is("source", "store");
     let mirrors = context.scene.is_glossy && settings.is("specular", "cones");
+    let borrowed = Borrowed::new(context, settings, (casts, mirrors))?;
+    let of_store = borrowed.as_ref().filter(|_| casts).map(Borrowed::lit);
     Ok(Box::new(IrradianceProbes {
         standing: Standing::new(settings),
         moment_filter: MomentFilter::new(settings),
@@ -180,7 +184,7 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
                 .is("visibility", "moments")
                 .then(|| settings.count("moment_texels")),
             has_gradients: settings.is("irradiance", "oct") && settings.is("gradient", "on"),
-            bounces: if casts { 1 } else { schedule.room(bounces) },
+            bounces: of_store.unwrap_or_else(|| schedule.room(bounces)),
         },
         bounces,
         schedule,
@@ -189,7 +193,7 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
         lookup: Lookup::new(settings),
         mirrors: Mirrors::new(context, settings, "probes.specular")?,
         reflections: ReflectionSettings::new(settings),
-        borrowed: Borrowed::new(context, settings, (casts, mirrors))?,
+        borrowed,
         has_cones: mirrors,
         built: None,
     }))
@@ -207,6 +211,8 @@ struct Built {
     models: Option<Moved>,
     /// Bounces that the probes' light has.
     lit: u32,
+    /// That is the light of a store.
+    is_cast: bool,
 }
 
 impl Built {
@@ -219,8 +225,8 @@ impl Built {
     fn reflected(&self, bounces: LightBounces) -> Option<&Maps> {
         match bounces {
             LightBounces::Count(1) => None,
-            // The maps of a store's light have all its bounces, and no others are there.
-            LightBounces::Count(count) => Some(self.volume.lit((count - 1).min(self.lit))),
+            LightBounces::Count(_) if self.is_cast => Some(self.volume.lit(1)),
+            LightBounces::Count(count) => Some(self.volume.lit(count - 1)),
             LightBounces::Feedback => Some(self.maps()),
         }
     }
@@ -254,6 +260,7 @@ impl IrradianceProbes {
         built: &mut Built,
     ) -> Result<FrameStats, Error> {
         let (triangles, how) = (&built.scene.rays, (self.rays, self.lookup.normal_bias));
+        let stood = built.places.clone();
         let at = (&built.volume, &mut built.places);
         let mut stats = (self.standing).put((gpu, scene), triangles, at, how)?;
         let models = scene.dynamic.as_ref().map(|dynamic| dynamic.bounds);
@@ -265,6 +272,10 @@ impl IrradianceProbes {
             reflections.trace(&mut frame, &built.scene.rays, moved);
         }
         if !self.schedule.traces {
+            let moved = moved.map(|bounds| MovedPast {
+                bounds,
+                places: [&built.places, &stood],
+            });
             self.trace(&mut frame, scene, built, built.volume.listed(), moved);
         }
         stats.append(gpu.submit(frame)?);
@@ -278,7 +289,7 @@ impl IrradianceProbes {
         scene: &GpuScene,
         built: &Built,
         probes: Listed<'_>,
-        moved: Option<Moved>,
+        moved: Option<MovedPast<'_>>,
     ) {
         let (through, of) = ((scene, &built.scene), (&built.volume, probes));
         let how = (self.moment_filter, moved, self.borrowed.as_ref());
@@ -313,13 +324,14 @@ impl Technique for IrradianceProbes {
         let mut built = Built {
             scene: own,
             reflections: reflections
-                .map(|how| ReflectionProbes::new(gpu, scene, how))
+                .map(|how| ReflectionProbes::new(gpu, how.lattice(scene.lit_bounds()), how))
                 .transpose()?,
             volume: Volume::new(gpu, lattice, &self.kept)?,
             places: Vec::new(),
             rays: ProbeRays::new(gpu, lattice.probe_count(), self.rays)?,
             models: None,
             lit: 0,
+            is_cast: matches!(self.source, Source::Store),
         };
         stats.append(self.place(context, &mut built)?);
         self.schedule.restart(gpu, lattice.probe_count())?;
@@ -367,14 +379,13 @@ impl Technique for IrradianceProbes {
             self.trace(frame, given.scene, &built, probes, None);
         }
         let bounces = self.schedule.bounces(self.bounces, built.lit);
-        let cast = (self.borrowed.as_ref()).filter(|_| matches!(self.source, Source::Store));
+        let cast = (self.borrowed.as_ref()).filter(|_| built.is_cast);
         if let Some(borrowed) = cast {
             let (volume, rays, kept) = (&built.volume, &built.rays, self.schedule.kept());
-            let maps = volume.lit(1);
-            borrowed.light(frame, rays, (volume, probes), |frame, part| {
+            borrowed.light(frame, rays, (volume, probes), |frame, part, maps| {
                 rays.blend(frame, volume, part, [maps, maps], (false, kept));
             });
-            built.lit = 1;
+            built.lit = borrowed.lit();
         } else {
             let how = Lighting {
                 lookup: &self.lookup,
@@ -390,7 +401,9 @@ impl Technique for IrradianceProbes {
         if let Some(reflections) = &built.reflections {
             let of = (&built.volume, &self.lookup);
             let how = (built.reflected(self.bounces), self.uses_maps);
-            reflections.light(frame, given, &built.scene, of, how);
+            reflections.light(frame, |frame, field| {
+                field.light(frame, given, &built.scene, of, how);
+            });
         }
         self.built = Some(built);
     }

@@ -6,7 +6,7 @@ use super::lookup::{LOOKUP_BINDINGS, LOOKUP_CONSTANTS, Lookup};
 use super::passes::LookupRow;
 use super::volume::{Maps, Volume};
 use crate::gi::Inputs;
-use crate::gi::settings::{Domain, Group, Rule, Setting};
+use crate::gi::settings::{Group, Rule, Setting};
 use crate::gi::shared::paths::{
     BINDINGS, CONSTANTS, MIRROR_BINDINGS, MIRROR_RAYS, Mirrors, PathScene, parts_of_rays,
     paths_a_thread,
@@ -34,19 +34,6 @@ gpu_struct! {
         pub has_light: u32,
     }
 }
-
-/// Whether and how glossy surfaces mirror.
-pub(super) const SPECULAR_SETTINGS: &[Setting] = &[
-    Setting {
-        name: "specular",
-        help: "glossy reflections: rays, which meet triangles that the lights light, and probes \
-               after more bounces; cones, through the store of another technique; or off",
-        unit: "",
-        domain: Domain::Choice(&["rays", "cones", "off"]),
-        default: "rays",
-    },
-    FEW_MIRROR_RAYS,
-];
 
 /// Rays of what mirrors.
 pub(super) const FEW_MIRROR_RAYS: Setting = Setting {

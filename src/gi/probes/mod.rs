@@ -4,6 +4,7 @@
 pub mod borrowed;
 pub mod cascades;
 pub mod explore;
+pub mod field;
 pub mod figures;
 pub mod irradiance;
 pub mod lattice;
@@ -14,8 +15,10 @@ pub mod mirror;
 pub mod oracle;
 pub mod passes;
 pub mod placement;
+pub mod prefiltered;
 pub mod raster;
 pub mod rays;
+pub mod reflection;
 pub mod relocate;
 pub mod schedule;
 mod settings;

@@ -11,7 +11,7 @@ use super::passes::{
     BLEND, BLEND_SH, BOUNCE, BlendParams, BounceParams, LIGHT, MOMENTS, MOMENTS_POWER,
     MomentParams, RayParams, SURFACES, TRACE, TraceParams,
 };
-use super::volume::{Maps, Volume, store_image};
+use super::volume::{Maps, Volume, carry_image, store_image};
 use super::voxels::VoxelSource;
 use crate::gi::shared::paths::PathScene;
 use crate::gi::{Inputs, Settings};
@@ -60,6 +60,12 @@ pub(super) fn corners(moved: Option<Moved>) -> [[f32; 4]; 2] {
     let (low, high) = moved.unwrap_or_default();
     let room = Vec3::splat(BOX_SHARE * low.abs().max(high.abs()).max_element());
     [low - room, high + room].map(|corner| corner.extend(0.0).to_array())
+}
+
+/// The same box, larger by a margin (m) on all sides; none where that is without end.
+pub(super) fn widened((low, high): Moved, margin: f32) -> Option<Moved> {
+    let margin = Vec3::splat(margin);
+    margin.is_finite().then(|| (low - margin, high + margin))
 }
 
 impl MomentFilter {
@@ -129,6 +135,13 @@ impl ProbeRays {
             )?,
             at_a_time,
         })
+    }
+
+    /// The same with room for the rays of `probe_count` probes, which are more.
+    pub(super) fn grown(&self, gpu: &Gpu, probe_count: u32) -> Result<Self, Error> {
+        let grown = ProbeRays::new(gpu, probe_count, self.count)?;
+        carry_image(gpu, &self.hits, &grown.hits)?;
+        Ok(grown)
     }
 
     /// Adds [`TRACE`] and [`SURFACES`]: what the rays of these probes meet. With a box in which

@@ -2,8 +2,8 @@
 
 use super::borrowed::{Borrowed, SOURCE_RESOLUTION, STORE};
 use super::list::Listed;
-use super::raster::RasterSource;
-use super::rays::{MomentFilter, Moved, ProbeRays};
+use super::raster::{MovedPast, RasterSource};
+use super::rays::{MomentFilter, ProbeRays};
 use super::volume::Volume;
 use super::voxels::VoxelSource;
 use crate::gi::settings::{Domain, Group, Rule, Setting};
@@ -110,32 +110,36 @@ impl Source {
     }
 
     /// Adds the passes that find out what these probes see, and how far; of a store that is
-    /// `borrowed` only how far, as it brings its light where it is. What `moved` tells as
-    /// [`ProbeRays::trace`] has it, where rays meet triangles.
+    /// `borrowed` only how far, as it brings its light where it is. After models have `moved` past
+    /// them, they keep what that cannot have changed.
     pub(super) fn trace(
         &self,
         frame: &mut Frame,
         (scene, paths): (&GpuScene, &PathScene),
         rays: &ProbeRays,
         (volume, probes): (&Volume, Listed<'_>),
-        (filter, moved, borrowed): (MomentFilter, Option<Moved>, Option<&Borrowed>),
+        (filter, moved, borrowed): (MomentFilter, Option<MovedPast<'_>>, Option<&Borrowed>),
     ) {
         let by_rays = filter == MomentFilter::Box;
+        let bounds = moved.as_ref().map(|moved| moved.bounds);
         match self {
             Source::Triangles => {
-                rays.trace(frame, (scene, paths), volume, probes, moved);
-                rays.moments(frame, &paths.rays, (volume, probes), filter, moved);
+                rays.trace(frame, (scene, paths), volume, probes, bounds);
+                rays.moments(frame, &paths.rays, (volume, probes), filter, bounds);
                 return;
             }
-            Source::Voxels(voxels) => voxels.trace(frame, rays, volume, probes, by_rays),
+            Source::Voxels(voxels) => {
+                voxels.trace(frame, rays, volume, probes, (by_rays, bounds));
+            }
             Source::Raster(raster) => {
-                raster.trace(frame, scene, rays, (volume, probes), by_rays);
+                let how = (by_rays, moved.as_ref());
+                raster.trace(frame, scene, rays, (volume, probes), how);
                 rays.pack(frame, (scene, paths), probes);
             }
             Source::Store => {
                 if let Some(borrowed) = borrowed {
                     let of = (volume, probes);
-                    borrowed.moments(frame, (rays, &paths.rays), of, filter);
+                    borrowed.moments(frame, (rays, &paths.rays), of, (filter, bounds));
                 }
                 return;
             }

@@ -129,6 +129,18 @@ pub(super) fn buffer(gpu: &Gpu, name: &str, size_bytes: u64) -> Result<Arc<Buffe
     })
 }
 
+fn carry_buffer(gpu: &Gpu, from: &Arc<Buffer>, to: &Arc<Buffer>) -> Result<(), Error> {
+    gpu.upload_buffer(to, &gpu.read_buffer(from)?)
+}
+
+/// Copies the texels of an image into another of the same width, which has more rows.
+pub(super) fn carry_image(gpu: &Gpu, from: &Arc<Image>, to: &Arc<Image>) -> Result<(), Error> {
+    let [rows, more] = [from, to].map(|image| image.extent(0)[1] as usize);
+    let mut texels = gpu.read_image(from, 0, 0)?;
+    texels.resize(texels.len() / rows * more, 0);
+    gpu.upload_image(to, 0, 0, &texels)
+}
+
 /// Beyond so many diagonals of a cell all distances count as one.
 const REACH_DIAGONALS: f32 = 1.5;
 
@@ -155,6 +167,15 @@ impl Volume {
     /// Makes room for the maps of `count` probes.
     pub fn with_room(gpu: &Gpu, lattice: Lattice, count: u32, kept: &Kept) -> Result<Self, Error> {
         let columns = f64::from(count).sqrt().ceil() as u32;
+        Volume::with_columns(gpu, lattice, [columns, count], kept)
+    }
+
+    fn with_columns(
+        gpu: &Gpu,
+        lattice: Lattice,
+        [columns, count]: [u32; 2],
+        kept: &Kept,
+    ) -> Result<Self, Error> {
         let layout = [columns, count.div_ceil(columns)];
         let layout_where = |is_read: bool| if is_read { layout } else { [1, 1] };
         let irradiance_texels = match kept.irradiance {
@@ -193,6 +214,20 @@ impl Volume {
                 .map(maps)
                 .collect::<Result<_, Error>>()?,
         })
+    }
+
+    /// The same with room for the maps of `count` probes, which is more; `kept` as it was made.
+    pub(super) fn grown(&self, gpu: &Gpu, count: u32, kept: &Kept) -> Result<Self, Error> {
+        let grown = Volume::with_columns(gpu, self.lattice, [self.columns, count], kept)?;
+        carry_buffer(gpu, &self.places, &grown.places)?;
+        carry_image(gpu, &self.moments, &grown.moments)?;
+        let maps = |volume: &Volume| [vec![volume.first.clone()], volume.further.clone()].concat();
+        for (maps, more) in maps(self).iter().zip(&maps(&grown)) {
+            carry_image(gpu, &maps.irradiance, &more.irradiance)?;
+            carry_image(gpu, &maps.gradients, &more.gradients)?;
+            carry_buffer(gpu, &maps.scales, &more.scales)?;
+        }
+        Ok(grown)
     }
 
     /// Adds a fill: from here on surfaces without a probe are counted.

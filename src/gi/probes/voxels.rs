@@ -3,7 +3,7 @@
 
 use super::list::{LIST_BINDING, Listed};
 use super::passes::MomentParams;
-use super::rays::ProbeRays;
+use super::rays::{Moved, ProbeRays, corners, widened};
 use super::volume::Volume;
 use crate::gi::Inputs;
 use crate::gi::shared::paths::{CACHE_BINDINGS, Cache};
@@ -17,7 +17,27 @@ use crate::render::bvh::SceneRays;
 use crate::shader::GpuStruct;
 
 gpu_struct! {
-    /// Parameters of `probes.trace_voxels` and `probes.light_voxels`.
+    /// Parameters of `probes.trace_voxels`.
+    pub struct VoxelTraceParams {
+        /// xyz: smallest corner of the box in which something has moved (m).
+        pub low: [f32; 4],
+        /// xyz: its largest corner (m).
+        pub high: [f32; 4],
+        /// xyz: smallest corner of the grid (m); w: edge of its voxels (m).
+        pub grid: [f32; 4],
+        /// Edge of the grid (voxels).
+        pub resolution: u32,
+        /// Rays of a probe.
+        pub ray_count: u32,
+        /// First of the list.
+        pub first_probe: u32,
+        /// Rays of those from there on.
+        pub all: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `probes.light_voxels`.
     pub struct VoxelRayParams {
         /// xyz: smallest corner of the grid (m); w: edge of its voxels (m).
         pub grid: [f32; 4],
@@ -32,7 +52,8 @@ gpu_struct! {
     }
 }
 
-/// The voxel that each ray hits first. Reads places and voxels, writes RGBA32UI; a thread a ray.
+/// The voxel that each ray hits first, where that may have changed. Reads places and voxels, writes
+/// RGBA32UI; a thread a ray.
 pub static TRACE_VOXELS: Pass = Pass {
     name: "probes.trace_voxels",
     shaders: Shaders::Compute("gi/probes/trace_voxels.comp"),
@@ -41,12 +62,12 @@ pub static TRACE_VOXELS: Pass = Pass {
         [
             Binding::buffer("probe_places", Access::ComputeRead),
             Binding::sampled("ray_set", Access::ComputeSampled),
-            Binding::image("ray_hits", Access::ComputeWrite),
+            Binding::image("ray_hits", Access::ComputeReadWrite),
             LIST_BINDING,
         ],
     ),
-    constants: &["SIDES"],
-    params: Some(VoxelRayParams::LAYOUT),
+    constants: &["SIDES", "KEEPS"],
+    params: Some(VoxelTraceParams::LAYOUT),
     sets: Sets::Scene,
 };
 
@@ -63,7 +84,7 @@ pub static MOMENTS_VOXELS: Pass = Pass {
             LIST_BINDING,
         ],
     ),
-    constants: &["SIDES"],
+    constants: &["SIDES", "KEEPS"],
     params: Some(MomentParams::LAYOUT),
     sets: Sets::Scene,
 };
@@ -131,21 +152,40 @@ impl VoxelSource {
         self.cache.light(frame, given, triangles);
     }
 
-    /// Adds [`TRACE_VOXELS`], and where surfaces ask how far probes see [`MOMENTS_VOXELS`].
+    /// The box in which voxels may be others, or have other numbers, after models have moved in
+    /// this one (m); none where all are.
+    fn changed(&self, moved: Option<Moved>) -> Option<Moved> {
+        let [.., edge] = self.cache.row();
+        widened(moved?, self.cache.grid.change_margin()? * edge)
+    }
+
+    /// Adds [`TRACE_VOXELS`], and where surfaces ask how far probes see [`MOMENTS_VOXELS`]. With a
+    /// box in which models have moved, rays keep what they have met as [`ProbeRays::trace`] has it.
     pub fn trace(
         &self,
         frame: &mut Frame,
         rays: &ProbeRays,
         volume: &Volume,
         probes: Listed<'_>,
-        by_rays: bool,
+        (by_rays, moved): (bool, Option<Moved>),
     ) {
         let all = probes.count * rays.count;
+        let changed = self.changed(moved);
+        let [low, high] = corners(changed);
         let pass = probes.bind(self.cache.bind(frame.pass(&TRACE_VOXELS)));
         pass.bind("probe_places", &volume.places)
             .bind("ray_set", &rays.set)
             .bind("ray_hits", &rays.hits)
-            .push(&self.params(rays, probes))
+            .constant("KEEPS", changed.is_some())
+            .push(&VoxelTraceParams {
+                low,
+                high,
+                grid: self.cache.row(),
+                resolution: self.resolution,
+                ray_count: rays.count,
+                first_probe: probes.first,
+                all,
+            })
             .dispatch(linear_groups(all));
         if !volume.has_moments || !by_rays {
             return;
@@ -154,11 +194,12 @@ impl VoxelSource {
         let params = MomentParams {
             grid: self.cache.row(),
             resolution: self.resolution,
-            ..rays.moment_params(volume, probes, None)
+            ..rays.moment_params(volume, probes, changed)
         };
         let pass = probes.bind(self.cache.bind(frame.pass(&MOMENTS_VOXELS)));
         pass.bind("probe_places", &volume.places)
             .bind("probe_moments", &volume.moments)
+            .constant("KEEPS", changed.is_some())
             .push(&params)
             .dispatch(linear_groups(texels));
     }

@@ -264,6 +264,12 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
         }
     }
 
+    fn cast_margin(&self) -> f32 {
+        // The voxels of what moves begin outside of its box.
+        let largest = self.store.largest_voxel();
+        largest.map_or(f32::INFINITY, |edge| 2.0 * edge)
+    }
+
     fn shadow_direct(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> bool {
         let cones = &self.gatherer.cones;
         let shadowed = self.store.volume().filter(|_| cones.has_shadows());

@@ -83,6 +83,11 @@ pub trait VoxelStore: Sized {
     /// Edge of the finest voxels (m); `None` before it is built.
     fn voxel_size(&self) -> Option<f32>;
 
+    /// Edge of its largest voxels that surfaces are in (m); `None` before it is built.
+    fn largest_voxel(&self) -> Option<f32> {
+        self.voxel_size()
+    }
+
     /// Counts for the report, by name.
     fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error>;
 }

@@ -22,6 +22,10 @@ layout(push_constant) uniform LevelMirrorParams {
     uint has_light;      // 1: what rays hit reflects the light of probes too
 } params;
 
+// 1: only what reflections of probes have left
+layout(constant_id = 12) const uint MIRRORS_LEFT = 0;
+
+#define LEFT MIRRORS_LEFT
 #define BEYOND
 #define MIRROR_BOUNCES 1u
 #include "gi/shared/paths/mirror.glsl"

@@ -4,7 +4,7 @@
 #ifndef LUMIVOX_LIGHT_FIELD_MARCH
 #define LUMIVOX_LIGHT_FIELD_MARCH
 
-#include "gi/probes/light_field/maps.glsl"
+#include "gi/probes/field_maps.glsl"
 
 layout(constant_id = FIELD_CONSTANT + 1) const uint THICKNESS_TRACE = 0;   // 1: as published
 

@@ -10,7 +10,7 @@
 #define TRACES
 #include "gi/probes/lookup.glsl"
 #include "gi/probes/light_field/march.glsl"
-#include "gi/probes/light_field/reflected.glsl"
+#include "gi/probes/reflected.glsl"
 #include "gi/shared/paths/start.glsl"
 
 // 1: rays through the triangles answer what no probe knows; 0: the irradiance of probes

@@ -27,7 +27,7 @@ layout(set = 1, binding = 9) uniform utexture2D field_radiance;
 #define LOOKUP_BINDING 3
 #define LOOKUP_CONSTANT 0
 #include "gi/probes/lookup.glsl"
-#include "gi/probes/light_field/texels.glsl"
+#include "gi/probes/field_texels.glsl"
 #include "shared/packing.glsl"
 
 const uint RADIANCE = 0u, DISTANCES = 1u, RADIANCE_ATLAS = 2u;

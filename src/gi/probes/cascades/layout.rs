@@ -15,6 +15,8 @@ const MOST_PROBES: f32 = (1 << 20) as f32;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Layout {
     bounds: (Vec3, Vec3),
+    /// Of a level's spacing: how far inside of the bounds its first probes are.
+    outer_layer: f32,
     /// Between probes of the finest level (m).
     pub finest: f32,
     /// Most probes along an edge of a level.
@@ -60,9 +62,24 @@ impl Layout {
         let holding = (0..levels).find(|level| finest * size_of(*level) >= whole * (1.0 - 1e-6));
         Layout {
             bounds,
+            outer_layer: OUTER_LAYER,
             finest,
             probes,
             levels: holding.map_or(levels, |level| level + 1),
+        }
+    }
+
+    /// One level that is as wide as `level` of these, or as the coarsest, with `probes` along its
+    /// edge, the first of them so many spacings inside of the scene's bounds.
+    pub(super) fn as_wide_as(&self, level: u32, probes: u32, outer_layer: f32) -> Self {
+        let gaps = |probes: u32, outer: f32| probes as f32 - 1.0 + 2.0 * outer;
+        let spacing = self.finest * (1 << level.min(self.levels - 1)) as f32;
+        Layout {
+            outer_layer,
+            finest: spacing * gaps(self.probes, self.outer_layer) / gaps(probes, outer_layer),
+            probes,
+            levels: 1,
+            ..*self
         }
     }
 
@@ -77,10 +94,10 @@ impl Layout {
     fn window(&self, eye: Vec3, spacing: f32) -> Window {
         let (low, high) = self.bounds;
         let (mut first, mut counts, mut open) = (IVec3::ZERO, UVec3::ZERO, 0);
-        let mut origin = low + OUTER_LAYER * spacing;
+        let mut origin = low + self.outer_layer * spacing;
         for axis in 0..3 {
-            // Probes along the scene; the last is a quarter of a spacing inside, or a bit more.
-            let gaps = (high[axis] - low[axis]) / spacing - 2.0 * OUTER_LAYER;
+            // Probes along the scene; the last is as far inside as the first, or farther out.
+            let gaps = (high[axis] - low[axis]) / spacing - 2.0 * self.outer_layer;
             let all = (gaps - 1e-3).ceil() as i32 + 1;
             // A plane has room on both sides.
             if all <= 2 {

@@ -2,116 +2,49 @@
 //! that some surface looks up, and a stated number is traced and lit in a frame (Majercik et al.
 //! 2021, section 6; Godot's HDDAGI).
 
+mod entry;
 pub mod layout;
 pub mod need;
 pub mod passes;
 pub mod place;
 pub mod pool;
+mod reflections;
 mod settings;
 pub mod store;
+mod work;
+
+pub use entry::ENTRY;
 
 use std::sync::Arc;
 
-use glam::Vec4;
-
-use super::borrowed::{AIM, Borrowed, MOMENTS_CAST, TAKE};
+use super::borrowed::Borrowed;
 use super::lookup::{Lookup, Visibility};
-use super::mirror::{SPECULAR_RULES, SPECULAR_SETTINGS, parts_of};
-use super::passes::{BLEND, BLEND_SH, LIGHT, MOMENTS, MOMENTS_POWER, STRUCTS, SURFACES, TRACE};
+use super::mirror::parts_of;
 use super::rays::{MomentFilter, Moved};
-use super::settings::{KEPT_SETTINGS, LOOKUP_SETTINGS};
+use super::reflection::ReflectionSettings;
 use super::view::{self, LEVEL_VIEWS};
 use super::volume::{Irradiance, Kept, Maps};
-use crate::gi::entry::{Directions, Entry, Stage};
 use crate::gi::inspect::ViewRow;
 use crate::gi::shared::bounces::LightBounces;
-use crate::gi::shared::interleave;
 use crate::gi::shared::paths::{self, Mirrors, PathScene};
-use crate::gi::{CAST, Change, Context, Inputs, Inspect, Needs, Settings, Technique};
+use crate::gi::{Change, Context, Inputs, Inspect, Needs, Settings, Technique};
 use crate::graph::compute::linear_groups;
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
 use crate::render::{GBuffer, GpuScene, Receivers, screen_groups};
 use crate::scene::union;
 use layout::{Layout, Window};
-use passes::{
-    BOUNCE, GATHER, LevelBounceParams, LevelMirrorParams, LevelViewParams, MIRROR, NEED, PLACE,
-    VIEW,
-};
+use passes::{BOUNCE, LevelBounceParams, LevelMirrorParams, LevelViewParams, MIRROR, VIEW};
 use place::place;
-use pool::Key;
-use settings::{PRESETS, RULES, SETTINGS};
+use reflections::Reflections;
 use store::Store;
-
-/// The row of the registry.
-pub static ENTRY: Entry = Entry {
-    bounces: |settings| LightBounces::new(settings).count(),
-    settings: &[
-        SETTINGS,
-        KEPT_SETTINGS,
-        LOOKUP_SETTINGS,
-        SPECULAR_SETTINGS,
-        interleave::SPECULAR_SETTINGS,
-    ],
-    rules: &[RULES, SPECULAR_RULES, interleave::SPECULAR_RULES],
-    presets: PRESETS,
-    borrows: true,
-    passes: &[&[
-        &NEED,
-        &PLACE,
-        &TRACE,
-        &SURFACES,
-        &MOMENTS,
-        &MOMENTS_POWER,
-        &LIGHT,
-        &BOUNCE,
-        &BLEND,
-        &BLEND_SH,
-        &AIM,
-        &TAKE,
-        &MOMENTS_CAST,
-        &GATHER,
-        &MIRROR,
-        &VIEW,
-    ]],
-    views: &[&LEVEL_VIEWS],
-    structs: &[paths::STRUCTS, STRUCTS],
-    stages: &[
-        &Stage::store("hierarchy", paths::HOST_PASSES),
-        &Stage::store("casting", &["probes.aim", CAST, "probes.take"]),
-        &Stage::store("placement", &["cascades.need", "cascades.place"]),
-        &Stage::store(
-            "tracing",
-            &[
-                "probes.trace",
-                "probes.surfaces",
-                "probes.moments",
-                "probes.moments_power",
-                "probes.moments_cast",
-            ],
-        ),
-        &Stage::store(
-            "lighting",
-            &["probes.light", "probes.blend", "probes.blend_sh"],
-        ),
-        &Stage::store("bounces", &["cascades.bounce"]),
-        &Stage::picture("gather", &["probes.clear", "cascades.gather"]),
-        &Stage::picture("specular", &["cascades.mirror"]),
-    ],
-    directions: &[Directions {
-        pass: &MIRROR,
-        count: None,
-    }],
-    ..Entry::new(
-        "probe-cascades",
-        "nested lattices of probes around the camera, as many as surfaces need",
-        make,
-    )
-};
+use work::{Pace, Work};
 
 fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
     let bounces = LightBounces::new(settings);
     let casts = settings.is("source", "store");
     let has_cones = context.scene.is_glossy && settings.is("specular", "cones");
+    let borrowed = Borrowed::new(context, settings, (casts, has_cones))?;
+    let of_store = borrowed.as_ref().filter(|_| casts).map(Borrowed::lit);
     Ok(Box::new(ProbeCascades {
         layout: Layout::new(
             context.scene.lit_bounds(),
@@ -120,16 +53,19 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
             settings.number("spacing"),
         ),
         surface_distance: settings.number("surface_distance"),
-        per_frame: settings.count("probes_per_frame"),
+        pace: Pace {
+            per_frame: settings.count("probes_per_frame"),
+            bounces,
+            is_cast: casts,
+        },
         rays: settings.count("rays"),
         moment_filter: MomentFilter::new(settings),
         kept: Kept {
             irradiance: Irradiance::new(settings),
             moment_texels: Some(settings.count("moment_texels")),
             has_gradients: false,
-            bounces: 1 + u32::from(bounces.any() && !casts),
+            bounces: of_store.unwrap_or(1 + u32::from(bounces.any())),
         },
-        bounces,
         uses_maps: settings.is("hit_light", "maps"),
         lookup: Lookup {
             visibility: Visibility::Moments,
@@ -139,8 +75,8 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
             rings: 2,
         },
         mirrors: Mirrors::new(context, settings, "cascades.specular")?,
-        borrowed: Borrowed::new(context, settings, (casts, has_cones))?,
-        casts,
+        reflections: ReflectionSettings::new(settings),
+        borrowed,
         has_cones,
         built: None,
     }))
@@ -150,18 +86,15 @@ struct ProbeCascades {
     layout: Layout,
     /// How far off surfaces probes are moved (spacings).
     surface_distance: f32,
-    /// Probes that a frame traces or lights; 0: all.
-    per_frame: u32,
+    pace: Pace,
     rays: u32,
     moment_filter: MomentFilter,
     kept: Kept,
-    bounces: LightBounces,
     uses_maps: bool,
     lookup: Lookup,
     mirrors: Option<Mirrors>,
+    reflections: Option<ReflectionSettings>,
     borrowed: Option<Borrowed>,
-    /// Probes see what is borrowed.
-    casts: bool,
     /// Surfaces mirror what is borrowed.
     has_cones: bool,
     built: Option<Built>,
@@ -171,6 +104,8 @@ struct Built {
     scene: PathScene,
     store: Store,
     windows: Vec<Window>,
+    /// What surfaces mirror without rays.
+    reflections: Option<Reflections>,
     /// Where models that move are (m).
     models: Option<Moved>,
     /// The box in which models have moved since the last frame (m).
@@ -178,32 +113,9 @@ struct Built {
     work: Work,
 }
 
-/// What a frame does: numbers of probes, one after the other in the list.
-#[derive(Default)]
-struct Work {
-    /// Of each level, those that keep what they see, but where something has moved.
-    kept: Vec<u32>,
-    /// Of each level, those that are placed, traced and lit for the first time.
-    new: Vec<u32>,
-    /// Those that are lit again.
-    again: u32,
-    moved: Option<Moved>,
-    /// How often light is fed back.
-    rounds: u32,
-}
-
-/// How many of these each level has, coarsest first.
-fn by_level(probes: &[(Key, u32)], levels: u32) -> Vec<u32> {
-    let mut counts = vec![0; levels as usize];
-    for (key, _) in probes {
-        counts[(levels - 1 - key.level(levels)) as usize] += 1;
-    }
-    counts
-}
-
 impl ProbeCascades {
-    /// Holds the probes that surfaces need around a camera at `eye` (m), in a new store where there
-    /// is no room for them.
+    /// Holds the probes that surfaces need around a camera at `eye` (m), in a larger store where
+    /// there is no room for them.
     fn hold(
         &self,
         &Context {
@@ -214,8 +126,9 @@ impl ProbeCascades {
         let windows = self.layout.windows(eye);
         let (needed, stats) = need::needed(gpu, scene, &windows, self.lookup.normal_bias)?;
         let count = needed.len() as u32;
-        let mut store = match store.filter(|store| store.pool.room() >= count) {
-            Some(store) => store,
+        let mut store = match store {
+            Some(store) if store.pool.room() >= count => store,
+            Some(store) => store.grown(gpu, &self.kept, &windows, count)?,
             None => Store::new(gpu, (&self.kept, self.rays), &windows, count)?,
         };
         store.pool.hold(&needed);
@@ -228,40 +141,14 @@ impl ProbeCascades {
         store.volume().lit(self.kept.bounces)
     }
 
-    /// Decides what the next frame does. `has_moved`: probes have come or gone.
-    fn advance(&self, gpu: &Gpu, built: &mut Built, has_moved: bool) -> Result<(), Error> {
-        let Built { store, windows, .. } = built;
-        let levels = windows.len() as u32;
-        let kept: Vec<(Key, u32)> = match built.moved {
-            Some(_) => store.pool.lit().collect(),
-            None => Vec::new(),
-        };
-        let most = if store.is_dark { 0 } else { self.per_frame };
-        let turn = store.pool.advance(most);
-        let placed = || kept.iter().chain(&turn.new);
-        let all = placed().chain(&turn.again);
-        let rows: Vec<[u32; 2]> = all.map(|(key, slot)| [*slot, key.seed()]).collect();
-        store.list.put(gpu, &rows)?;
-        let home = |(key, _): &(Key, u32)| windows[key.level(levels) as usize].home(key.at());
-        let homes: Vec<Vec4> = placed().map(home).collect();
-        gpu.upload_buffer(&store.homes, bytemuck::cast_slice(&homes))?;
-        if !turn.new.is_empty() || has_moved {
-            store.publish(gpu, windows)?;
+    /// What surfaces reflect of the probes' light towards surfaces that mirror them: a bounce less
+    /// than those that look probes up.
+    fn reflected<'s>(&self, store: &'s Store) -> Option<&'s Maps> {
+        match self.pace.bounces {
+            LightBounces::Count(1) => None,
+            LightBounces::Count(_) => Some(store.volume().lit(1)),
+            LightBounces::Feedback => Some(self.maps(store)),
         }
-        built.work = Work {
-            kept: by_level(&kept, levels),
-            new: by_level(&turn.new, levels),
-            again: turn.again.len() as u32,
-            moved: built.moved.take(),
-            rounds: match self.bounces {
-                _ if self.casts => 0,
-                LightBounces::Count(count) => count - 1,
-                LightBounces::Feedback if store.is_dark => self.bounces.frames_to_rest() - 1,
-                LightBounces::Feedback => 1,
-            },
-        };
-        store.is_dark = false;
-        Ok(())
     }
 
     /// Adds the passes that put new probes where they stand, and find out what they see.
@@ -284,7 +171,8 @@ impl ProbeCascades {
             for (volume, part) in store.of_levels(first, counts) {
                 let of = (volume, part);
                 if let Some(borrowed) = self.cast_through() {
-                    borrowed.moments(frame, (&store.rays, &paths.rays), of, self.moment_filter);
+                    let how = (self.moment_filter, moved);
+                    borrowed.moments(frame, (&store.rays, &paths.rays), of, how);
                     continue;
                 }
                 (store.rays).trace(frame, (scene, paths), volume, part, moved);
@@ -295,7 +183,7 @@ impl ProbeCascades {
 
     /// What probes see, where that is borrowed.
     fn cast_through(&self) -> Option<&Borrowed> {
-        self.borrowed.as_ref().filter(|_| self.casts)
+        self.borrowed.as_ref().filter(|_| self.pace.is_cast)
     }
 
     /// Adds the passes that light probes, new ones and others.
@@ -311,8 +199,8 @@ impl ProbeCascades {
         let (lit, end_of_new) = (store.list.part(kept, new + work.again), kept + new);
         let (first, all) = (volume.lit(1), self.maps(store));
         if let Some(borrowed) = self.cast_through() {
-            borrowed.light(frame, rays, (volume, lit), |frame, part| {
-                rays.blend(frame, volume, part, [first, first], (false, 0.0));
+            borrowed.light(frame, rays, (volume, lit), |frame, part, maps| {
+                rays.blend(frame, volume, part, [maps, maps], (false, 0.0));
             });
             return;
         }
@@ -321,12 +209,12 @@ impl ProbeCascades {
             rays.blend(frame, volume, part, [first, first], (false, 0.0));
             // What others see of new probes is never what was in their place before.
             let new = end_of_new.saturating_sub(part.first).min(part.count);
-            if self.bounces.any() && new > 0 {
+            if self.pace.bounces.any() && new > 0 {
                 let new = store.list.part(part.first, new);
                 rays.blend(frame, volume, new, [first, all], (false, 0.0));
             }
         }
-        let fed_back = match self.bounces {
+        let fed_back = match self.pace.bounces {
             LightBounces::Count(_) => first,
             LightBounces::Feedback => all,
         };
@@ -353,14 +241,20 @@ impl Technique for ProbeCascades {
 
     fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
         self.built = None;
-        let &Context { gpu, scene, .. } = context;
+        let &Context {
+            gpu, scene, eye, ..
+        } = context;
         let (own, mut stats) = PathScene::build(gpu, scene)?;
         if let Some(borrowed) = &mut self.borrowed {
             stats.append(borrowed.build(context)?);
         }
         let (store, windows, held) = self.hold(context, None)?;
         stats.append(held);
+        let reflections = self.mirrors.as_ref().and(self.reflections);
         self.built = Some(Built {
+            reflections: reflections
+                .map(|how| Reflections::new(gpu, &self.layout, eye, how))
+                .transpose()?,
             scene: own,
             store,
             windows,
@@ -396,20 +290,34 @@ impl Technique for ProbeCascades {
                 stats.append(held);
                 (built.store, built.windows) = (store, windows);
             }
-            self.advance(gpu, &mut built, has_moved)?;
+            if let Some(reflections) = &mut built.reflections {
+                reflections.follow(gpu, eye)?;
+            }
+            let of = (&mut built.store, &built.windows[..]);
+            let moved = (built.moved.take(), has_moved);
+            built.work = self.pace.advance(gpu, of, moved)?;
         }
         self.built = Some(built);
         Ok(stats)
     }
 
     fn update(&mut self, frame: &mut Frame, given: &Inputs<'_>) {
-        let Some(built) = &self.built else { return };
+        let Some(mut built) = self.built.take() else {
+            return;
+        };
         built.store.volume().forget_orphans(frame);
         if let Some(borrowed) = &mut self.borrowed {
             borrowed.update(frame, given);
         }
-        self.find_out(frame, given.scene, built);
-        self.light(frame, given, built);
+        self.find_out(frame, given.scene, &built);
+        self.light(frame, given, &built);
+        if let Some(reflections) = &mut built.reflections {
+            reflections.trace(frame, &built.scene.rays, built.work.moved);
+            let (scene, store) = ((&built.scene, self.uses_maps), (&built.store, &self.lookup));
+            let reflected = self.reflected(&built.store);
+            reflections.light(frame, given, scene, store, reflected);
+        }
+        self.built = Some(built);
     }
 
     fn gather(&mut self, frame: &mut Frame, _given: &Inputs<'_>, receivers: &Receivers<'_>) {
@@ -425,11 +333,13 @@ impl Technique for ProbeCascades {
         }
         let (built, mirrors) = (self.built.as_ref()?, self.mirrors.as_ref()?);
         let (store, specular) = (&built.store, given.gbuffer.specular.as_ref()?);
-        // What rays hit has a bounce less behind it than surfaces that look probes up.
-        let (maps, has_light) = match self.bounces {
-            LightBounces::Count(count) => (store.volume().lit(1), count > 1),
-            LightBounces::Feedback => (self.maps(store), true),
-        };
+        if let Some(reflections) = &built.reflections {
+            let to = (specular, &mirrors.light);
+            (reflections.probes).reflect(frame, given, &built.scene.rays, to);
+        }
+        let reflected = self.reflected(store);
+        // Without light to reflect any maps are bound, and not read.
+        let maps = reflected.unwrap_or(store.volume().lit(1));
         for [first_ray, end_ray] in parts_of(mirrors, given.scene, self.uses_maps) {
             let pass = (built.scene).bind(frame.pass(&MIRROR), given, self.uses_maps);
             (store.bind(
@@ -437,13 +347,14 @@ impl Technique for ProbeCascades {
                 &self.lookup,
                 maps,
             ))
+            .constant("MIRRORS_LEFT", built.reflections.is_some())
             .push(&LevelMirrorParams {
                 level_count: store.levels.len() as u32,
                 ray_count: mirrors.rays,
                 first_ray,
                 end_ray,
                 pattern: mirrors.pattern.bits(),
-                has_light: u32::from(has_light),
+                has_light: u32::from(reflected.is_some()),
             })
             .dispatch(screen_groups(given.gbuffer.size));
         }

@@ -149,13 +149,53 @@ gpu_struct! {
     }
 }
 
+gpu_struct! {
+    /// Parameters of `cascades.light_field`.
+    pub struct LevelFieldParams {
+        /// Number of levels.
+        pub level_count: u32,
+        /// Edge of a map (texels).
+        pub edge: u32,
+        /// Maps beside each other in the images.
+        pub columns: u32,
+        /// Number of reflection probes.
+        pub probe_count: u32,
+    }
+}
+
+/// What reflection probes see of the lights and of the levels. Reads hits and maps, writes R32UI; a
+/// thread a texel.
+pub static LIGHT_FIELD: Pass = Pass {
+    name: "cascades.light_field",
+    shaders: Shaders::Compute("gi/probes/cascades/light_field.comp"),
+    bindings: &join::<_, 11, 7, 18>(
+        join::<_, 9, 2, 11>(
+            paths::BINDINGS,
+            [
+                Binding::sampled("field_hits", Access::ComputeSampled),
+                Binding::image("field_radiance", Access::ComputeWrite),
+            ],
+        ),
+        LEVEL_BINDINGS,
+    ),
+    constants: &join::<_, 12, 1, 13>(
+        join::<_, 6, 6, 12>(paths::CONSTANTS, LOOKUP_CONSTANTS),
+        ["REFLECTS"],
+    ),
+    params: Some(LevelFieldParams::LAYOUT),
+    sets: Sets::Scene,
+};
+
 /// Light that glossy surfaces mirror, by rays. Reads the G-buffer and maps, adds to an RGBA32F
 /// image; a thread a pixel.
 pub static MIRROR: Pass = Pass {
     name: "cascades.mirror",
     shaders: Shaders::Compute("gi/probes/cascades/mirror.comp"),
     bindings: &join::<_, 13, 7, 20>(MIRRORED, LEVEL_BINDINGS),
-    constants: &join::<_, 6, 6, 12>(paths::CONSTANTS, LOOKUP_CONSTANTS),
+    constants: &join::<_, 12, 1, 13>(
+        join::<_, 6, 6, 12>(paths::CONSTANTS, LOOKUP_CONSTANTS),
+        ["MIRRORS_LEFT"],
+    ),
     params: Some(LevelMirrorParams::LAYOUT),
     sets: Sets::Scene,
 };

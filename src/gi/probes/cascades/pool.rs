@@ -77,6 +77,12 @@ impl Pool {
         }
     }
 
+    /// Makes room for so many, if that is more.
+    pub fn grow(&mut self, capacity: u32) {
+        let more = (self.room()..capacity).rev();
+        self.free.splice(0..0, more);
+    }
+
     /// How many it holds.
     pub fn held(&self) -> u32 {
         self.held.len() as u32

@@ -32,13 +32,13 @@ pub struct Store {
     pub(super) is_dark: bool,
 }
 
-/// Room for a quarter more than are needed at first: cameras move on.
+/// Room for a few more than are needed: cameras move on, and growing takes a moment.
 fn room_for(needed: u32) -> u32 {
-    (needed + needed / 4).next_multiple_of(64).max(64)
+    (needed + needed / 64).next_multiple_of(64).max(64)
 }
 
 impl Store {
-    /// With room for what is needed, and a quarter more.
+    /// With room for as many as are needed.
     pub fn new(
         gpu: &Gpu,
         (kept, rays): (&Kept, u32),
@@ -47,14 +47,44 @@ impl Store {
     ) -> Result<Self, Error> {
         let capacity = room_for(needed);
         let volume = Volume::with_room(gpu, windows[0].lattice, capacity, kept)?;
+        let rays = ProbeRays::new(gpu, capacity, rays)?;
+        Store::of(gpu, (volume, rays), windows, Pool::new(capacity))
+    }
+
+    /// The same with room for as many as are needed; those that it holds keep what they have.
+    pub fn grown(
+        self,
+        gpu: &Gpu,
+        kept: &Kept,
+        windows: &[Window],
+        needed: u32,
+    ) -> Result<Self, Error> {
+        let capacity = room_for(needed);
+        let volume = self.volume().grown(gpu, capacity, kept)?;
+        let rays = self.rays.grown(gpu, capacity)?;
+        let mut pool = self.pool;
+        pool.grow(capacity);
+        Ok(Store {
+            is_dark: self.is_dark,
+            ..Store::of(gpu, (volume, rays), windows, pool)?
+        })
+    }
+
+    fn of(
+        gpu: &Gpu,
+        (volume, rays): (Volume, ProbeRays),
+        windows: &[Window],
+        pool: Pool,
+    ) -> Result<Self, Error> {
+        let capacity = pool.room();
         let places: u32 = (windows.iter())
             .map(|window| window.lattice.probe_count())
             .sum();
         let room = |name, size: usize| buffer(gpu, name, size as u64);
         Ok(Store {
-            pool: Pool::new(capacity),
+            pool,
             levels: vec![volume],
-            rays: ProbeRays::new(gpu, capacity, rays)?,
+            rays,
             list: ProbeList::new(gpu, 2 * capacity)?,
             homes: room("cascades.homes", 16 * capacity as usize)?,
             table: room("cascades.table", 4 * places as usize)?,

@@ -1,30 +1,23 @@
 //! Technique `light-field-probes`: probes that know what they see, texel by texel. Rays of surfaces
 //! go through their maps, and not through triangles (McGuire et al. 2017; Luo 2022, section 4.3).
 
-mod field;
 mod passes;
-mod prefiltered;
-mod reflection;
 mod settings;
 mod view;
 
-pub use field::Field;
-pub use passes::{
-    FieldGatherParams, FieldLightParams, FieldTraceParams, GATHER, LIGHT, MIRROR, TRACE,
-};
-pub use prefiltered::{PREFILTER, Parallax, PrefilterParams, Prefiltered, REFLECT, ReflectParams};
-pub(super) use reflection::{
-    REFLECTION_RULES, REFLECTION_SETTINGS, ReflectionProbes, ReflectionSettings,
-};
+pub use passes::{FieldGatherParams, GATHER, MIRROR};
 
 use std::sync::Arc;
 
 use glam::Vec3;
 
+use super::borrowed::Borrowed;
+use super::field::{self, Field, LOOKUP};
 use super::passes::{
     BLEND_SH, BOUNCE, EXPLORE, LIGHT as LIGHT_RAYS, MOMENTS, SURFACES, TRACE as TRACE_RAYS,
 };
 use super::placement::Standing;
+use super::prefiltered::{PREFILTER, Parallax, Prefiltered, REFLECT};
 use super::rays::{Lighting, MomentFilter, Moved, ProbeRays};
 use super::settings::{PLACEMENT, PLACEMENT_RULES};
 use super::volume::{Irradiance, Kept, Volume};
@@ -39,7 +32,7 @@ use crate::graph::{Error, Frame, FrameStats, Gpu, Image, PassBuilder};
 use crate::render::bvh::TURNS_A_RAY;
 use crate::render::{GBuffer, GpuScene, Receivers, screen_groups};
 use crate::scene::union;
-use settings::{FieldRaySettings, LOOKUP, MOMENT_TEXELS, PRESETS, RULES, SETTINGS};
+use settings::{FieldRaySettings, MOMENT_TEXELS, PRESETS, RULES, SETTINGS};
 use view::{VIEW, VIEWS};
 
 /// The row of the registry.
@@ -59,6 +52,7 @@ pub static ENTRY: Entry = Entry {
         interleave::SPECULAR_RULES,
     ],
     presets: PRESETS,
+    borrows: true,
     passes: &[&[
         &EXPLORE,
         &TRACE_RAYS,
@@ -67,8 +61,8 @@ pub static ENTRY: Entry = Entry {
         &LIGHT_RAYS,
         &BOUNCE,
         &BLEND_SH,
-        &TRACE,
-        &LIGHT,
+        &field::TRACE,
+        &field::LIGHT,
         &GATHER,
         &PREFILTER,
         &REFLECT,
@@ -116,6 +110,7 @@ pub static ENTRY: Entry = Entry {
 };
 
 fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
+    let has_cones = context.scene.is_glossy && settings.is("specular", "cones");
     Ok(Box::new(LightFieldProbes {
         standing: Standing::new(settings),
         texels: settings.count("radiance_texels"),
@@ -125,6 +120,7 @@ fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>
         field_rays: FieldRaySettings::new(settings),
         mirrors: Mirrors::new(context, settings, "light_field.specular")?,
         parallax: Parallax::new(settings),
+        borrowed: Borrowed::new(context, settings, (false, has_cones))?,
         built: None,
     }))
 }
@@ -155,6 +151,8 @@ struct LightFieldProbes {
     mirrors: Option<Mirrors>,
     /// How reflections are looked up that are averaged beforehand.
     parallax: Option<Parallax>,
+    /// Surfaces mirror what is in that store.
+    borrowed: Option<Borrowed>,
     built: Option<Built>,
 }
 
@@ -258,13 +256,17 @@ const FEEDBACK_BOUNCES: u32 = 3;
 
 impl Technique for LightFieldProbes {
     fn needs(&self) -> Needs {
-        paths::needs(self.uses_maps)
+        let own = paths::needs(self.uses_maps);
+        (self.borrowed.as_ref()).map_or(own, |borrowed| borrowed.needs(own))
     }
 
     fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
         self.built = None;
         let &Context { gpu, scene, .. } = context;
         let (own, mut stats) = PathScene::build(gpu, scene)?;
+        if let Some(borrowed) = &mut self.borrowed {
+            stats.append(borrowed.build(context)?);
+        }
         let lattice = self.standing.lattice(scene);
         let has_irradiance = self.has_irradiance();
         let kept = Kept {
@@ -301,13 +303,18 @@ impl Technique for LightFieldProbes {
     }
 
     fn follow(&mut self, context: &Context<'_>, change: Change) -> Result<FrameStats, Error> {
-        if change != Change::Models {
-            return Ok(FrameStats::default());
-        }
-        let Some(mut built) = self.built.take() else {
+        let is_moved = change == Change::Models;
+        if self.built.is_none() && is_moved {
             return self.build(context);
+        }
+        let mut stats = FrameStats::default();
+        if let Some(borrowed) = &mut self.borrowed {
+            stats.append(borrowed.follow(context, change)?);
+        }
+        let Some(mut built) = self.built.take_if(|_| is_moved) else {
+            return Ok(stats);
         };
-        let mut stats = built.scene.follow(context.gpu, context.scene)?;
+        stats.append(built.scene.follow(context.gpu, context.scene)?);
         stats.append(self.place(context, &mut built)?);
         self.built = Some(built);
         Ok(stats)
@@ -320,6 +327,9 @@ impl Technique for LightFieldProbes {
         let lit = self.bounces.count().unwrap_or(last + 1);
         let of_probes = self.bounces_of_probes(lit);
         let Some(built) = &mut self.built else { return };
+        if let Some(borrowed) = &mut self.borrowed {
+            borrowed.update(frame, given);
+        }
         built.lit = lit;
         if of_probes > 0 {
             let first = match self.bounces {
@@ -365,6 +375,9 @@ impl Technique for LightFieldProbes {
     }
 
     fn mirror(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> Option<Arc<Image>> {
+        if let Some(borrowed) = &mut self.borrowed {
+            return borrowed.mirror(frame, given);
+        }
         let (built, mirrors) = (self.built.as_ref()?, self.mirrors.as_ref()?);
         let specular = given.gbuffer.specular.as_ref()?;
         let (count, pattern) = (mirrors.rays, mirrors.pattern);
@@ -385,11 +398,14 @@ impl Technique for LightFieldProbes {
 }
 
 impl Inspect for LightFieldProbes {
-    fn counts(&self, _gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
+    fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
         let Some(built) = &self.built else {
             return Ok(Vec::new());
         };
         let mut counts = built.scene.counts();
+        if let Some(borrowed) = &self.borrowed {
+            counts.extend(borrowed.counts(gpu)?);
+        }
         counts.push(("probes", built.volume.lattice.probe_count().into()));
         Ok(counts)
     }

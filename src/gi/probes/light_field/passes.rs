@@ -6,40 +6,7 @@ use crate::gi::shared::paths;
 use crate::gpu_struct;
 use crate::graph::pass::join;
 use crate::graph::{Access, Binding, Pass, Sets, Shaders};
-use crate::render::bvh;
 use crate::shader::GpuStruct;
-
-gpu_struct! {
-    /// Parameters of `light_field.trace`.
-    pub struct FieldTraceParams {
-        /// xyz: smallest corner of the box in which something has moved (m).
-        pub low: [f32; 4],
-        /// xyz: its largest corner (m).
-        pub high: [f32; 4],
-        /// Maps beside each other in the images.
-        pub columns: u32,
-        /// Edge of a map (texels).
-        pub edge: u32,
-        /// Number of probes.
-        pub probe_count: u32,
-        /// The smallest spacing (m).
-        pub cell_m: f32,
-    }
-}
-
-gpu_struct! {
-    /// Parameters of `light_field.light`.
-    pub struct FieldLightParams {
-        /// How places look probes up.
-        pub lookup: LookupRow,
-        /// Edge of a map (texels).
-        pub edge: u32,
-        /// Maps beside each other in the images.
-        pub columns: u32,
-        /// Number of probes.
-        pub probe_count: u32,
-    }
-}
 
 gpu_struct! {
     /// Parameters of `light_field.gather` and `light_field.mirror`.
@@ -60,46 +27,6 @@ gpu_struct! {
         pub thickness_m: f32,
     }
 }
-
-/// The surface that each texel of each probe sees, where that may have changed. Reads places,
-/// writes RG32UI and R32UI; a thread a texel.
-pub static TRACE: Pass = Pass {
-    name: "light_field.trace",
-    shaders: Shaders::Compute("gi/probes/light_field/trace.comp"),
-    bindings: &join::<_, 5, 3, 8>(
-        bvh::BINDINGS,
-        [
-            Binding::buffer("probe_places", Access::ComputeRead),
-            Binding::image("field_hits", Access::ComputeWrite),
-            Binding::image("field_surfaces", Access::ComputeReadWrite),
-        ],
-    ),
-    constants: &join::<_, 3, 1, 4>(bvh::CONSTANTS, ["KEEPS"]),
-    params: Some(FieldTraceParams::LAYOUT),
-    sets: Sets::Scene,
-};
-
-/// Its radiance. Reads hits and the maps of irradiance, writes R32UI; a thread a texel.
-pub static LIGHT: Pass = Pass {
-    name: "light_field.light",
-    shaders: Shaders::Compute("gi/probes/light_field/light.comp"),
-    bindings: &join::<_, 11, 5, 16>(
-        join::<_, 9, 2, 11>(
-            paths::BINDINGS,
-            [
-                Binding::sampled("field_hits", Access::ComputeSampled),
-                Binding::image("field_radiance", Access::ComputeWrite),
-            ],
-        ),
-        LOOKUP_BINDINGS,
-    ),
-    constants: &join::<_, 12, 1, 13>(
-        join::<_, 6, 6, 12>(paths::CONSTANTS, LOOKUP_CONSTANTS),
-        ["REFLECTS"],
-    ),
-    params: Some(FieldLightParams::LAYOUT),
-    sets: Sets::Scene,
-};
 
 /// What a pass binds last whose threads follow rays through the field
 /// (`gi/probes/light_field/rays.glsl`).

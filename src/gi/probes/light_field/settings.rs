@@ -1,20 +1,12 @@
 //! Settings, presets and rules.
 
-use super::prefiltered::{PARALLAX, PARALLAX_RULE};
-use crate::gi::probes::lookup::{Lookup, Visibility};
+use crate::gi::probes::borrowed::{SOURCE_RESOLUTION, STORE};
+use crate::gi::probes::field::RADIANCE_TEXELS;
+use crate::gi::probes::prefiltered::{PARALLAX, PARALLAX_RULE};
 use crate::gi::probes::settings::BOUNCES;
 use crate::gi::settings::{Domain, Group, Preset, Rule, Setting, Settings};
 use crate::gi::shared::interleave::Pattern;
 use crate::gi::shared::paths::{HIT_LIGHT, MIRROR_RAYS, RAYS};
-
-/// What a probe sees.
-pub(super) const RADIANCE_TEXELS: Setting = Setting {
-    name: "radiance_texels",
-    help: "edge of a probe's octahedral map of what it sees",
-    unit: "texels",
-    domain: Domain::Count { min: 16, max: 256 },
-    default: "64",
-};
 
 /// Its own settings; where probes stand, and patterns, have theirs.
 pub(super) const SETTINGS: &[Setting] = &[
@@ -57,13 +49,16 @@ pub(super) const SETTINGS: &[Setting] = &[
         name: "specular",
         help: "glossy reflections: rays, through the maps; prefiltered, light of the maps that is \
                averaged beforehand up to roughness 0.35, rays to 0.65, and beyond the mean of all \
-               that probes see in front of a surface; or off",
+               that probes see in front of a surface; cones, through the store of another \
+               technique; or off",
         unit: "",
-        domain: Domain::Choice(&["rays", "prefiltered", "off"]),
+        domain: Domain::Choice(&["rays", "prefiltered", "cones", "off"]),
         default: "rays",
     },
     MIRROR_RAYS,
     PARALLAX,
+    STORE,
+    SOURCE_RESOLUTION,
     HIT_LIGHT,
     Setting {
         name: "probe_rays",
@@ -144,20 +139,16 @@ pub(super) const RULES: &[Rule] = &[
     Rule {
         group: Group::Gather,
         settings: &["mirror_rays"],
-        applies: |settings| !settings.is("specular", "off"),
+        applies: |settings| !settings.is("specular", "off") && !settings.is("specular", "cones"),
+    },
+    Rule {
+        group: Group::Light,
+        settings: &[STORE.name, SOURCE_RESOLUTION.name],
+        applies: |settings| settings.is("specular", "cones"),
     },
     PARALLAX_RULE,
     Rule::always(Group::Bounces, &["bounces"]),
 ];
-
-/// How surfaces look up the irradiance of its probes.
-pub(super) const LOOKUP: Lookup = Lookup {
-    visibility: Visibility::Moments,
-    normal_bias: 0.1,
-    weight_floor: 0.05,
-    crush: 0.2,
-    rings: 2,
-};
 
 /// Edge of a map of distances for that (texels).
 pub(super) const MOMENT_TEXELS: u32 = 16;

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use super::field::Field;
-use super::settings::LOOKUP;
 use crate::gi::inspect::{Scale, ViewRow};
+use crate::gi::probes::field::Field;
+use crate::gi::probes::field::LOOKUP;
 use crate::gi::probes::lookup::{LOOKUP_BINDINGS, LOOKUP_CONSTANTS};
 use crate::gi::probes::passes::LookupRow;
 use crate::gi::probes::view::{RADIUS, row};

@@ -45,6 +45,13 @@ impl LitGrid {
         })
     }
 
+    /// How far outside of a box in which models have moved (voxels) voxels may be others than
+    /// before, or have other numbers: those of the blocks of 4×4×4 that models touch. None where
+    /// all may.
+    pub fn change_margin(&self) -> Option<f32> {
+        self.dynamic.as_ref().map(|_| 1.0 + 4.0)
+    }
+
     /// How the voxels are lit.
     pub fn light_settings(&self) -> &LightSettings {
         &self.light_settings

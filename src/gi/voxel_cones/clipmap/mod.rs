@@ -248,6 +248,11 @@ impl VoxelStore for Clipmap {
         Some(self.layout.voxel_size)
     }
 
+    fn largest_voxel(&self) -> Option<f32> {
+        let outermost = self.layout.levels.saturating_sub(1);
+        Some(self.layout.voxel_size * (1_u64 << outermost) as f32)
+    }
+
     fn counts(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
         let mut counts = vec![(
             "voxels",

@@ -21,6 +21,7 @@ void main() {
     uint index = group * 64u + gl_LocalInvocationID.x;
     if (index >= params.ray_count) return;
     CastRay ray = cast_rays[index];
+    if (ray.direction.xyz == vec3(0.0)) return;
     vec3 origin = (ray.origin.xyz - params.grid.xyz) / params.grid.w;
     vec3 direction = ray.direction.xyz;
     // It starts in the air: no voxel is the receiver itself.

@@ -32,11 +32,11 @@ layout(push_constant) uniform ReflectParams {
 #include "render/bvh/start.glsl"
 #include "gi/probes/cage.glsl"
 #define FIELD_CONSTANT 3
-#include "gi/probes/light_field/maps.glsl"
-#include "gi/probes/light_field/prefiltered.glsl"
+#include "gi/probes/field_maps.glsl"
+#include "gi/probes/prefiltered.glsl"
 #include "gi/shared/split_sum.glsl"
 
-// gi::probes::light_field::prefiltered::Parallax
+// gi::probes::prefiltered::Parallax
 const uint PARALLAX_NONE = 0u, PARALLAX_BOX = 1u, PARALLAX_DISTANCE = 2u;
 
 // From here on light from all sides is nearer to what surfaces mirror than any lobe of probes.

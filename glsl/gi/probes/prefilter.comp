@@ -20,8 +20,8 @@ layout(push_constant) uniform PrefilterParams {
 #include "shared/frame.glsl"
 #include "shared/directions.glsl"
 #include "shared/ggx.glsl"
-#include "gi/probes/light_field/texels.glsl"
-#include "gi/probes/light_field/prefiltered.glsl"
+#include "gi/probes/field_texels.glsl"
+#include "gi/probes/prefiltered.glsl"
 
 const float GOLDEN_ANGLE = 2.399963229728653;
 

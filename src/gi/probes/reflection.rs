@@ -5,23 +5,19 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use super::field::Field;
+use super::field::{Field, RADIANCE_TEXELS};
+use super::lattice::Lattice;
+use super::mirror::FEW_MIRROR_RAYS;
 use super::prefiltered::{PARALLAX, PARALLAX_RULE, Parallax, Prefiltered};
-use super::settings::RADIANCE_TEXELS;
+use super::rays::Moved;
+use super::volume::{Irradiance, Kept, Volume};
 use crate::gi::Inputs;
-use crate::gi::probes::lattice::Lattice;
-use crate::gi::probes::lookup::Lookup;
-use crate::gi::probes::mirror::FEW_MIRROR_RAYS;
-use crate::gi::probes::rays::Moved;
-use crate::gi::probes::volume::{Irradiance, Kept, Maps, Volume};
 use crate::gi::settings::{Domain, Group, Rule, Setting, Settings};
-use crate::gi::shared::paths::PathScene;
 use crate::graph::{Error, Frame, Gpu, Image};
-use crate::render::GpuScene;
 use crate::render::bvh::SceneRays;
 
 /// How glossy surfaces mirror.
-pub(in crate::gi::probes) const REFLECTION_SETTINGS: &[Setting] = &[
+pub(super) const REFLECTION_SETTINGS: &[Setting] = &[
     Setting {
         name: "specular",
         help: "glossy reflections: rays, which meet triangles that the lights light, and probes \
@@ -45,7 +41,7 @@ pub(in crate::gi::probes) const REFLECTION_SETTINGS: &[Setting] = &[
 ];
 
 /// In which group those are that other techniques have not, and when they have an effect.
-pub(in crate::gi::probes) const REFLECTION_RULES: &[Rule] = &[
+pub(super) const REFLECTION_RULES: &[Rule] = &[
     Rule {
         group: Group::Structure,
         settings: &["reflection_probes", RADIANCE_TEXELS.name],
@@ -56,25 +52,37 @@ pub(in crate::gi::probes) const REFLECTION_RULES: &[Rule] = &[
 
 /// How many reflection probes there are, and how they are looked up.
 #[derive(Clone, Copy)]
-pub(in crate::gi::probes) struct ReflectionSettings {
-    probes: u32,
+pub(super) struct ReflectionSettings {
+    /// Along the longest side of what they are in.
+    pub(super) probes: u32,
     texels: u32,
     parallax: Parallax,
 }
 
 impl ReflectionSettings {
     /// As the settings say; none where nothing is averaged beforehand.
-    pub(in crate::gi::probes) fn new(settings: &Settings) -> Option<Self> {
+    pub(super) fn new(settings: &Settings) -> Option<Self> {
         Parallax::new(settings).map(|parallax| ReflectionSettings {
             probes: settings.count("reflection_probes"),
             texels: settings.count(RADIANCE_TEXELS.name),
             parallax,
         })
     }
+
+    /// All through these bounds (m).
+    pub(super) fn lattice(&self, bounds: (Vec3, Vec3)) -> Lattice {
+        Lattice::within(bounds, self.probes, OUTER_LAYER)
+    }
+}
+
+/// Puts them where their lattice has them: they never move from there, and are traced all at once.
+fn put(gpu: &Gpu, volume: &Volume) -> Result<(), Error> {
+    let places: Vec<Vec3> = volume.lattice.places().collect();
+    volume.put(gpu, &places, &places)
 }
 
 /// The reflection probes of a scene.
-pub(in crate::gi::probes) struct ReflectionProbes {
+pub(super) struct ReflectionProbes {
     volume: Volume,
     field: Field,
     prefiltered: Prefiltered,
@@ -82,16 +90,11 @@ pub(in crate::gi::probes) struct ReflectionProbes {
 
 /// How far inside of the scene's bounds the outermost stand (spacings): all are in the middle of
 /// the room that they answer for.
-const OUTER_LAYER: f32 = 0.5;
+pub(super) const OUTER_LAYER: f32 = 0.5;
 
 impl ReflectionProbes {
-    /// Makes room for them, on a lattice. [`ReflectionProbes::trace`] is next.
-    pub(in crate::gi::probes) fn new(
-        gpu: &Gpu,
-        scene: &GpuScene,
-        how: ReflectionSettings,
-    ) -> Result<Self, Error> {
-        let lattice = Lattice::within(scene.lit_bounds(), how.probes, OUTER_LAYER);
+    /// Makes room for them, on this lattice. [`ReflectionProbes::trace`] is next.
+    pub(super) fn new(gpu: &Gpu, lattice: Lattice, how: ReflectionSettings) -> Result<Self, Error> {
         let kept = Kept {
             irradiance: Irradiance::Harmonics,
             moment_texels: None,
@@ -99,9 +102,7 @@ impl ReflectionProbes {
             bounces: 1,
         };
         let volume = Volume::new(gpu, lattice, &kept)?;
-        let places: Vec<Vec3> = lattice.places().collect();
-        // They never stand elsewhere; the first trace is of all.
-        volume.put(gpu, &places, &places)?;
+        put(gpu, &volume)?;
         let field = Field::new(gpu, &volume, how.texels)?;
         Ok(ReflectionProbes {
             prefiltered: Prefiltered::new(gpu, &field, how.parallax)?,
@@ -111,31 +112,29 @@ impl ReflectionProbes {
     }
 
     /// Adds the pass that finds out what they see, all of it or as [`Field::trace`] has it.
-    pub(in crate::gi::probes) fn trace(
-        &self,
-        frame: &mut Frame,
-        triangles: &SceneRays,
-        moved: Option<Moved>,
-    ) {
+    pub(super) fn trace(&self, frame: &mut Frame, triangles: &SceneRays, moved: Option<Moved>) {
         self.field.trace(frame, triangles, &self.volume, moved);
     }
 
-    /// Adds the passes that light what they see, and average it. `probes`: of which it reflects the
-    /// light in these maps, if there are any.
-    pub(in crate::gi::probes) fn light(
-        &self,
-        frame: &mut Frame,
-        given: &Inputs<'_>,
-        scene: &PathScene,
-        probes: (&Volume, &Lookup),
-        how: (Option<&Maps>, bool),
-    ) {
-        self.field.light(frame, given, scene, probes, how);
+    /// Whether they stand elsewhere than on this lattice.
+    pub(super) fn is_elsewhere(&self, lattice: &Lattice) -> bool {
+        self.volume.lattice != *lattice
+    }
+
+    /// Puts them on another lattice of as many. [`ReflectionProbes::trace`] of all is next.
+    pub(super) fn move_to(&mut self, gpu: &Gpu, lattice: Lattice) -> Result<(), Error> {
+        self.volume = self.volume.looked_up_by(lattice);
+        put(gpu, &self.volume)
+    }
+
+    /// Adds the passes that average what they see, after those that light it, which `light` adds.
+    pub(super) fn light(&self, frame: &mut Frame, light: impl FnOnce(&mut Frame, &Field)) {
+        light(frame, &self.field);
         self.prefiltered.filter(frame, &self.field);
     }
 
     /// Adds the pass by which surfaces mirror them, as [`Prefiltered::reflect`] has it.
-    pub(in crate::gi::probes) fn reflect(
+    pub(super) fn reflect(
         &self,
         frame: &mut Frame,
         given: &Inputs<'_>,

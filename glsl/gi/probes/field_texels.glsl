@@ -1,7 +1,7 @@
 // What a texel of a light field knows of the surface that its probe sees, and where it is in the
-// images (Rust: gi::probes::light_field::field).
-#ifndef LUMIVOX_LIGHT_FIELD_TEXELS
-#define LUMIVOX_LIGHT_FIELD_TEXELS
+// images (Rust: gi::probes::field).
+#ifndef LUMIVOX_PROBES_FIELD_TEXELS
+#define LUMIVOX_PROBES_FIELD_TEXELS
 
 #include "gi/probes/atlas.glsl"
 

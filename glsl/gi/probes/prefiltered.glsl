@@ -1,9 +1,9 @@
 // The light that probes see, averaged over lobes and over all directions (Karis 2013; McAllister et
 // al. 2002). Beneath the radiance itself there are levels, in one image: the first, and below it
 // the others beside each other. Each has the maps of all probes beside each other, without borders
-// (Rust: gi::probes::light_field::prefiltered).
-#ifndef LUMIVOX_LIGHT_FIELD_PREFILTERED
-#define LUMIVOX_LIGHT_FIELD_PREFILTERED
+// (Rust: gi::probes::prefiltered).
+#ifndef LUMIVOX_PROBES_PREFILTERED
+#define LUMIVOX_PROBES_PREFILTERED
 
 // The roughest lobe that light is averaged over; the level before has half of that.
 const float ROUGHEST = 0.35;

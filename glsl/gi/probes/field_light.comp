@@ -23,19 +23,4 @@ layout(push_constant) uniform FieldLightParams {
 #define TRACES
 #include "gi/probes/lookup.glsl"
 #define REFLECTS_CONSTANT 12
-#include "gi/probes/light_field/reflected.glsl"
-#include "gi/probes/light_field/texels.glsl"
-
-void main() {
-    ivec2 texel = ivec2(gl_GlobalInvocationID.xy);
-    uint columns = params.columns, edge = params.edge;
-    bool is_there = texel.x < int(columns * edge)
-        && probe_of_texel(texel, columns, edge) < params.probe_count;
-    if (!is_there) return;
-    uvec2 hit = texelFetch(usampler2D(field_hits, nearest_clamp), texel, 0).rg;
-    vec3 light = frame.environment.rgb;
-    if (hit.x != NO_TRIANGLE)
-        light = light_of_hit(hit.x, unpackUnorm2x16(hit.y),
-            direction_of_texel(vec2(uvec2(texel) % edge), edge));
-    imageStore(field_radiance, texel, uvec4(pack_rgbe(light)));
-}
+#include "gi/probes/field_light.glsl"

@@ -1,9 +1,9 @@
 // What the maps of a light field show. The including pass declares FIELD_BINDING, FIELD_CONSTANT,
 // and `params` with a LookupRow `lookup`.
-#ifndef LUMIVOX_LIGHT_FIELD_MAPS
-#define LUMIVOX_LIGHT_FIELD_MAPS
+#ifndef LUMIVOX_PROBES_FIELD_MAPS
+#define LUMIVOX_PROBES_FIELD_MAPS
 
-#include "gi/probes/light_field/texels.glsl"
+#include "gi/probes/field_texels.glsl"
 
 layout(constant_id = FIELD_CONSTANT) const uint FIELD_TEXELS = 64;   // edge of a map
 

@@ -1,7 +1,7 @@
 // What a place that a ray meets shows. The including pass follows paths, looks probes up, and
 // declares REFLECTS_CONSTANT.
-#ifndef LUMIVOX_LIGHT_FIELD_REFLECTED
-#define LUMIVOX_LIGHT_FIELD_REFLECTED
+#ifndef LUMIVOX_PROBES_REFLECTED
+#define LUMIVOX_PROBES_REFLECTED
 
 // 1: places reflect the irradiance of probes, which is a bounce more
 layout(constant_id = REFLECTS_CONSTANT) const uint REFLECTS = 0;

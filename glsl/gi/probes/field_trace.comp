@@ -24,7 +24,7 @@ layout(push_constant) uniform FieldTraceParams {
 } params;
 
 #include "render/bvh/traverse.glsl"
-#include "gi/probes/light_field/texels.glsl"
+#include "gi/probes/field_texels.glsl"
 #include "gi/probes/touches.glsl"
 
 // A distance in half a word may be this share of it too short.

@@ -4,10 +4,9 @@
 
 use std::sync::Arc;
 
-use super::field::Field;
-use super::settings::LOOKUP;
-use crate::gi::probes::passes::LookupRow;
-use crate::gi::probes::volume::{Volume, store_image};
+use super::field::{Field, LOOKUP};
+use super::passes::LookupRow;
+use super::volume::{Volume, store_image};
 use crate::gi::settings::{Domain, Group, Rule, Setting, Settings};
 use crate::gi::shared::split_sum;
 use crate::gpu_struct;
@@ -28,7 +27,7 @@ gpu_struct! {
         pub rows: u32,
         /// Number of probes.
         pub probe_count: u32,
-        /// Which level, from 1 on (`gi/probes/light_field/prefiltered.glsl`).
+        /// Which level, from 1 on (`gi/probes/prefiltered.glsl`).
         pub level: u32,
         /// Directions that a texel is averaged over.
         pub sample_count: u32,
@@ -54,7 +53,7 @@ gpu_struct! {
 }
 
 /// From where probes show what is mirrored.
-pub(in crate::gi::probes) const PARALLAX: Setting = Setting {
+pub(super) const PARALLAX: Setting = Setting {
     name: "parallax",
     help: "where a probe's light is looked up: distance, where a ray meets what is mirrored, box, \
            where one leaves the scene's bounds, or none, straight along the ray",
@@ -64,7 +63,7 @@ pub(in crate::gi::probes) const PARALLAX: Setting = Setting {
 };
 
 /// When it has an effect.
-pub(in crate::gi::probes) const PARALLAX_RULE: Rule = Rule {
+pub(super) const PARALLAX_RULE: Rule = Rule {
     group: Group::Gather,
     settings: &[PARALLAX.name],
     applies: |settings| settings.is("specular", "prefiltered"),
@@ -73,7 +72,7 @@ pub(in crate::gi::probes) const PARALLAX_RULE: Rule = Rule {
 /// Light of one level, averaged. Reads and writes R32UI; a thread a texel.
 pub static PREFILTER: Pass = Pass {
     name: "light_field.prefilter",
-    shaders: Shaders::Compute("gi/probes/light_field/prefilter.comp"),
+    shaders: Shaders::Compute("gi/probes/prefilter.comp"),
     bindings: &[
         Binding::sampled("field_radiance", Access::ComputeSampled),
         Binding::image("field_prefiltered", Access::ComputeWrite),
@@ -87,7 +86,7 @@ pub static PREFILTER: Pass = Pass {
 /// RGBA32F; a thread a pixel.
 pub static REFLECT: Pass = Pass {
     name: "light_field.reflect",
-    shaders: Shaders::Compute("gi/probes/light_field/reflect.comp"),
+    shaders: Shaders::Compute("gi/probes/reflect.comp"),
     bindings: &join::<_, 5, 9, 14>(
         bvh::BINDINGS,
         [
@@ -108,7 +107,7 @@ pub static REFLECT: Pass = Pass {
 };
 
 /// What light is averaged over, from the first level below the radiance on
-/// (`gi/probes/light_field/prefiltered.glsl`).
+/// (`gi/probes/prefiltered.glsl`).
 const LEVELS: [Level; 3] = [
     Level {
         roughness: 0.175,
@@ -164,7 +163,7 @@ pub struct Prefiltered {
 
 impl Parallax {
     /// As the settings say; none where nothing is averaged beforehand.
-    pub(in crate::gi::probes) fn new(settings: &Settings) -> Option<Self> {
+    pub(super) fn new(settings: &Settings) -> Option<Self> {
         if !settings.is("specular", "prefiltered") {
             None
         } else if settings.is(PARALLAX.name, "box") {
