@@ -22,8 +22,8 @@ pub(super) struct Emitters {
     density_per_area: Vec<f32>,
 }
 
-/// A direction towards an emitter.
-pub(super) struct EmitterSample {
+/// A direction towards an emitter or the sky.
+pub(super) struct LightSample {
     /// Unit direction.
     pub(super) wi: Vec3,
     /// Emitted radiance, zero where hidden [W/(m² sr)].
@@ -102,7 +102,7 @@ impl World<'_> {
         &self,
         surface: &Surface,
         sampler: &mut Sampler,
-    ) -> Option<EmitterSample> {
+    ) -> Option<LightSample> {
         if self.emitters.is_empty() {
             return None;
         }
@@ -133,7 +133,7 @@ impl World<'_> {
             return None;
         }
         let is_hidden = self.is_hidden(&surface.ray(wi), distance_m, hit.triangle);
-        Some(EmitterSample {
+        Some(LightSample {
             wi,
             radiance: if is_hidden {
                 Vec3::ZERO

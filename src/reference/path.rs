@@ -2,19 +2,20 @@
 //!
 //! Light is gathered backwards (J. Kajiya, *The Rendering Equation*, 1986): at each vertex the
 //! analytic lights by shadow rays, the emissive triangles by sampling them and by scattering,
-//! weighted by the power heuristic (E. Veach, thesis, 1997, ch. 9), the environment by scattering
-//! alone. At the first vertex the diffuse and the specular lobe get a ray each, so that the terms
-//! separate exactly.
+//! weighted by the power heuristic (E. Veach, thesis, 1997, ch. 9). So is a map of the environment;
+//! a constant one by scattering alone. At the first vertex the diffuse and the specular lobe get a
+//! ray each, so that the terms separate exactly.
 
 use std::f32::consts::PI;
 
 use glam::Vec3;
 
 use super::bsdf::{Scatter, cosine_density, sample_cosine};
-use super::emitters::EmitterSample;
+use super::emitters::LightSample;
 use super::sampler::Sampler;
 use super::world::{Surface, World};
 use super::{Bounces, bsdf::Lobe};
+use crate::scene::SkySample;
 use crate::scene::rays::Ray;
 
 /// Roulette starts at this indirect bounce.
@@ -69,8 +70,8 @@ impl Terms {
 /// Light found along a scattered ray.
 #[derive(Default)]
 struct Gathered {
-    /// What surfaces reflect, and what emitters (weighted against emitter sampling) and the
-    /// environment send [W/(m² sr)].
+    /// What surfaces reflect, and what emitters and the environment send, weighted against sampling
+    /// of them [W/(m² sr)].
     radiance: Vec3,
     /// Whether the ray met nothing.
     escaped: bool,
@@ -103,13 +104,15 @@ impl World<'_> {
             ..Terms::default()
         };
         terms.direct = lights.unwrap_or_else(|| self.light_from_lights(surface, sampler));
-        let emitter = self
-            .sample_emitter(surface, sampler)
-            .filter(|_| bounces != Bounces::Count(0));
+        let sent = [
+            self.sample_emitter(surface, sampler),
+            self.sample_sky(surface, sampler),
+        ]
+        .map(|sample| sample.filter(|_| bounces != Bounces::Count(0)));
         let specular_point = surface.lobe.map(|lobe| (lobe, sampler.next_2d()));
         // ρ/π E_i is ρ times this, and E_i is π times it.
         let mut mean_radiance = Vec3::ZERO;
-        if let Some(sample) = &emitter {
+        for sample in sent.iter().flatten() {
             let density = cosine_density(surface.normal.dot(sample.wi));
             mean_radiance += sample.radiance
                 * (density * power_heuristic(sample.density, density) / sample.density);
@@ -123,26 +126,26 @@ impl World<'_> {
         terms.irradiance = mean_radiance * PI;
         terms.diffuse = surface.albedo * mean_radiance;
         if let Some((lobe, point)) = specular_point {
-            terms.specular =
-                self.shade_specular(surface, &lobe, point, emitter.as_ref(), bounces, sampler);
+            terms.specular = self.shade_specular(surface, &lobe, point, &sent, bounces, sampler);
         }
         terms
     }
 
-    /// L_s, from a sampled emitter and from a ray scattered by the lobe.
+    /// L_s, from what was sampled of emitters and the sky and from a ray scattered by the lobe.
     fn shade_specular(
         &self,
         surface: &Surface,
         lobe: &Lobe,
         point: [f32; 2],
-        emitter: Option<&EmitterSample>,
+        sent: &[Option<LightSample>],
         bounces: Bounces,
         sampler: &mut Sampler,
     ) -> Vec3 {
-        let from_emitter = emitter.map_or(Vec3::ZERO, |sample| {
+        let from_sample = |sample: &LightSample| {
             let (value, density) = lobe.evaluate(surface.normal, surface.wo, sample.wi);
             sample.radiance * value * (power_heuristic(sample.density, density) / sample.density)
-        });
+        };
+        let from_samples: Vec3 = sent.iter().flatten().map(from_sample).sum();
         let scatter = lobe
             .sample(surface.normal, surface.wo, point)
             .filter(|scatter| surface.is_above(scatter.direction));
@@ -152,9 +155,9 @@ impl World<'_> {
             density,
         }) = scatter
         else {
-            return from_emitter;
+            return from_samples;
         };
-        from_emitter
+        from_samples
             + weight
                 * self
                     .gather(surface, direction, density, bounces, sampler)
@@ -176,7 +179,7 @@ impl World<'_> {
         let escaped = next.is_none();
         let radiance = match next {
             _ if bounces == Bounces::Count(0) => Vec3::ZERO,
-            None => self.scene.environment,
+            None => self.weighted_sky(direction, density),
             Some(next) => {
                 self.weighted_emission(&ray, &next, density)
                     + self.reflected(next, bounces, sampler)
@@ -193,6 +196,35 @@ impl World<'_> {
         emitter.emission * power_heuristic(density, self.emitters.density(ray.origin, emitter))
     }
 
+    /// Light of the environment that scattering with `density` comes to, weighted against sampling
+    /// of its map.
+    fn weighted_sky(&self, direction: Vec3, density: f32) -> Vec3 {
+        match &self.scene.sky {
+            Some(sky) => sky.radiance(direction) * power_heuristic(density, sky.density(direction)),
+            None => self.scene.environment,
+        }
+    }
+
+    /// Draws a direction towards the environment from its map, as seen from a surface; `None` where
+    /// there is no map, or the direction is behind.
+    fn sample_sky(&self, surface: &Surface, sampler: &mut Sampler) -> Option<LightSample> {
+        let sky = self.scene.sky.as_ref()?;
+        let SkySample { direction, density } = sky.sample(sampler.next_2d());
+        if !surface.is_above(direction) || density <= 0.0 {
+            return None;
+        }
+        let is_hidden = self.is_occluded(&surface.ray(direction), f32::INFINITY);
+        Some(LightSample {
+            wi: direction,
+            radiance: if is_hidden {
+                Vec3::ZERO
+            } else {
+                sky.radiance(direction)
+            },
+            density,
+        })
+    }
+
     /// Radiance that leaves the second vertex of a path towards the first, its own emission
     /// excluded [W/(m² sr)].
     fn reflected(&self, mut surface: Surface, bounces: Bounces, sampler: &mut Sampler) -> Vec3 {
@@ -206,7 +238,11 @@ impl World<'_> {
             if bounces == Bounces::Count(bounce) {
                 break;
             }
-            if let Some(sample) = self.sample_emitter(&surface, sampler) {
+            let sent = [
+                self.sample_emitter(&surface, sampler),
+                self.sample_sky(&surface, sampler),
+            ];
+            for sample in sent.into_iter().flatten() {
                 let weight = power_heuristic(sample.density, surface.density(sample.wi));
                 radiance += throughput
                     * surface.reflect(sample.wi)
@@ -217,7 +253,7 @@ impl World<'_> {
             throughput *= scatter.weight;
             let ray = surface.ray(scatter.direction);
             let Some(next) = self.trace(&ray) else {
-                radiance += throughput * self.scene.environment;
+                radiance += throughput * self.weighted_sky(scatter.direction, scatter.density);
                 break;
             };
             radiance += throughput * self.weighted_emission(&ray, &next, scatter.density);

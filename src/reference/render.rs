@@ -268,7 +268,7 @@ impl Job<'_> {
             Filter::Box => None,
         };
         let lights = match &center {
-            Some(Some(surface)) if self.world.has_exact_lights() => Some(
+            Some((_, Some(surface))) if self.world.has_exact_lights() => Some(
                 self.world
                     .light_from_lights(surface, &mut Sampler::new(0, 0, 1)),
             ),
@@ -278,7 +278,7 @@ impl Job<'_> {
         let mut sum = Terms::default();
         for index in 0..self.batch_spp {
             let mut sampler = Sampler::new(stream, index, self.batch_spp);
-            let first = match center {
+            let (direction, first) = match center {
                 Some(first) => first,
                 None => {
                     let [dx, dy] = sampler.next_2d();
@@ -291,7 +291,7 @@ impl Job<'_> {
                         .shade_first(&surface, lights, self.settings.bounces, &mut sampler)
                 }
                 None => Terms {
-                    emission: self.world.scene.environment,
+                    emission: self.world.scene.environment_from(direction),
                     visibility: 1.0,
                     ..Terms::default()
                 },
@@ -302,8 +302,10 @@ impl Job<'_> {
         sum.zip(sum, |a, _| a * scale)
     }
 
-    fn first_hit(&self, x_px: f32, y_px: f32) -> Option<Surface> {
-        self.world.trace(&self.camera.ray(x_px, y_px))
+    /// Where the camera looks there, and what it sees.
+    fn first_hit(&self, x_px: f32, y_px: f32) -> (Vec3, Option<Surface>) {
+        let ray = self.camera.ray(x_px, y_px);
+        (ray.direction, self.world.trace(&ray))
     }
 
     /// The blocks as images, with what is seen at the pixel centres.
@@ -314,7 +316,7 @@ impl Job<'_> {
                 let (x, y) = block.pixel(index);
                 let slot = (y * self.settings.width + x) as usize;
                 image.set(slot, pixel, self.batch_spp);
-                if let Some(surface) = self.first_hit(x as f32 + 0.5, y as f32 + 0.5) {
+                if let (_, Some(surface)) = self.first_hit(x as f32 + 0.5, y as f32 + 0.5) {
                     let depth_m = (surface.position - self.camera.eye).dot(self.camera.forward);
                     image.set_surface(slot, &surface, depth_m);
                 }

@@ -297,6 +297,9 @@ pub static SET_POSE: &str = "scene.set_pose";
 impl GpuScene {
     /// Uploads a scene.
     pub fn new(gpu: &Gpu, scene: &Scene) -> Result<Self, Error> {
+        if scene.sky.is_some() {
+            return Err(Error::EnvironmentMap(scene.name.clone()));
+        }
         let frame_uniform = gpu.create_buffer(&BufferDesc {
             name: "frame.constants".into(),
             size_bytes: size_of::<FrameConstants>() as u64,

@@ -2,12 +2,13 @@
 
 use std::ffi::OsStr;
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::Vec3;
 
 use super::textures::TextureRequests;
-use super::toml::{ModelEntry, SceneFile};
-use super::{Light, Scene, SceneError, bundled, model, paths, place, toml};
+use super::toml::{Environment, ModelEntry, SceneFile};
+use super::{Light, Scene, SceneError, Sky, bundled, model, paths, place, toml};
 use crate::text::vector;
 
 /// How to load a scene.
@@ -105,7 +106,7 @@ impl Scene {
                     models: vec![entry],
                     camera: None,
                     lights: Vec::new(),
-                    environment: Vec3::ZERO,
+                    environment: Environment::default(),
                 };
                 let mut scene = Scene::from_parts(path, &file, options)?;
                 if options.up == Up::Y && place::looks_z_up(&scene) {
@@ -131,7 +132,9 @@ impl Scene {
     pub fn overlay(&mut self, name: &str, text: &str) -> Result<(), SceneError> {
         let overlay = toml::parse_overlay(Path::new(name), text)?;
         self.camera = overlay.camera.unwrap_or(self.camera);
-        self.environment = overlay.environment.unwrap_or(self.environment);
+        if let Some(environment) = &overlay.environment {
+            self.take_environment(environment)?;
+        }
         if let Some(lights) = overlay.lights {
             self.lights = lights;
         }
@@ -141,7 +144,7 @@ impl Scene {
     fn from_file(path: &Path, file: SceneFile, options: &LoadOptions) -> Result<Scene, SceneError> {
         let mut scene = Scene::from_parts(path, &file, options)?;
         scene.lights = file.lights;
-        scene.environment = file.environment;
+        scene.take_environment(&file.environment)?;
         match file.camera {
             Some(camera) => scene.camera = camera,
             None => scene.choose_camera(),
@@ -153,6 +156,17 @@ impl Scene {
             );
         }
         Ok(scene)
+    }
+
+    fn take_environment(&mut self, environment: &Environment) -> Result<(), SceneError> {
+        (self.environment, self.sky) = match environment {
+            Environment::Constant(radiance) => (*radiance, None),
+            Environment::Map(entry) => {
+                self.files.push(entry.path.clone());
+                (Vec3::ZERO, Some(Arc::new(Sky::read(entry)?)))
+            }
+        };
+        Ok(())
     }
 
     fn from_parts(
@@ -193,6 +207,7 @@ impl Scene {
         };
         self.is_emissive()
             || self.environment != Vec3::ZERO
+            || (self.sky.as_ref()).is_some_and(|sky| !sky.is_black())
             || self.lights.iter().any(carries_light)
     }
 

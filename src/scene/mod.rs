@@ -24,6 +24,7 @@ mod polygon;
 pub(crate) mod rays;
 mod shot;
 mod sight;
+mod sky;
 mod texture;
 mod textures;
 mod toml;
@@ -40,6 +41,7 @@ pub(crate) use motion::union;
 pub use motion::{Keyframe, Motion, Pose};
 pub use shot::Shot;
 pub use sight::Sight;
+pub use sky::{Sky, SkySample};
 pub use texture::{Texture, TextureKind};
 pub use write::{camera_toml, lights_toml};
 
@@ -117,8 +119,10 @@ pub struct Scene {
     pub textures: Vec<Arc<Texture>>,
     /// All analytic lights.
     pub lights: Vec<Light>,
-    /// Constant radiance of the environment [W/(m² sr)].
+    /// Constant radiance of the environment [W/(m² sr)]; 0 where there is a map of it.
     pub environment: Vec3,
+    /// The map of the environment, where its radiance differs by direction. Copies share it.
+    pub sky: Option<Arc<Sky>>,
     /// The camera that a picture is taken with.
     pub camera: Camera,
     /// The files that it was read from; none of a bundled scene.
@@ -145,6 +149,11 @@ impl Scene {
             }
         }
         batches
+    }
+
+    /// Radiance of the environment from a unit direction [W/(m² sr)].
+    pub fn environment_from(&self, direction: Vec3) -> Vec3 {
+        (self.sky.as_ref()).map_or(self.environment, |sky| sky.radiance(direction))
     }
 
     /// Whether any surface emits.

@@ -9,6 +9,7 @@ use toml::Spanned;
 
 use super::light::LIGHT_MAX;
 use super::model::{Placement, Use};
+use super::sky::SkyEntry;
 use super::{Camera, Keyframe, Light, Pose, SceneError, paths};
 use crate::text;
 
@@ -79,7 +80,10 @@ struct LightToml {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct EnvironmentToml {
-    radiance: Vector,
+    radiance: Option<Vector>,
+    map: Option<Spanned<String>>,
+    scale: Option<Number>,
+    rotate_deg: Option<Number>,
 }
 
 /// One `[[model]]`, its path resolved.
@@ -98,8 +102,23 @@ pub(super) struct SceneFile {
     pub(super) camera: Option<Camera>,
     /// All lights of the scene file.
     pub(super) lights: Vec<Light>,
-    /// Radiance of the environment [W/(m² sr)].
-    pub(super) environment: Vec3,
+    /// What comes from all around.
+    pub(super) environment: Environment,
+}
+
+/// What comes from all around.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Environment {
+    /// The same radiance from all directions [W/(m² sr)].
+    Constant(Vec3),
+    /// What a map says.
+    Map(SkyEntry),
+}
+
+impl Default for Environment {
+    fn default() -> Self {
+        Environment::Constant(Vec3::ZERO)
+    }
 }
 
 /// Parses and checks the text of a scene file.
@@ -131,9 +150,10 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<SceneFile, SceneError> {
         .as_ref()
         .map(|camera| source.camera(camera))
         .transpose()?;
-    let environment = file.environment.map_or(Ok(Vec3::ZERO), |environment| {
-        source.light_value("environment.radiance", &environment.radiance)
-    })?;
+    let environment = (file.environment.as_ref())
+        .map(|environment| source.environment(environment))
+        .transpose()?
+        .unwrap_or_default();
     Ok(SceneFile {
         models,
         camera,
@@ -149,7 +169,7 @@ pub(super) struct Overlay {
     /// `None` where the text has no `light`.
     pub(super) lights: Option<Vec<Light>>,
     /// `None` where the text has no `environment`.
-    pub(super) environment: Option<Vec3>,
+    pub(super) environment: Option<Environment>,
 }
 
 /// Parses and checks what is to stand in for parts of a scene; `name` is for messages.
@@ -179,7 +199,8 @@ pub(super) fn parse_overlay(name: &Path, text: &str) -> Result<Overlay, SceneErr
         lights: file.light.as_ref().map(light).transpose()?,
         environment: file
             .environment
-            .map(|environment| source.light_value("environment.radiance", &environment.radiance))
+            .as_ref()
+            .map(|environment| source.environment(environment))
             .transpose()?,
     })
 }
@@ -264,6 +285,55 @@ impl Source<'_> {
 
     fn light_value(&self, field: &str, vector: &Vector) -> Result<Vec3, SceneError> {
         self.vector(field, vector, 0.0..LIGHT_MAX)
+    }
+
+    fn environment(&self, environment: &EnvironmentToml) -> Result<Environment, SceneError> {
+        let EnvironmentToml {
+            radiance,
+            map,
+            scale,
+            rotate_deg,
+        } = environment;
+        let either = "give `radiance = [R, G, B]` or `map = \"FILE.exr\"`, one of both";
+        let Some(map) = map else {
+            let of_map = [("scale", scale), ("rotate_deg", rotate_deg)];
+            for (name, number) in of_map {
+                if let Some(number) = number {
+                    let problem = format!("`environment.{name}` is of a map, and there is none");
+                    return Err(self.error(&number.span(), problem, either));
+                }
+            }
+            let Some(radiance) = radiance else {
+                return Err(SceneError::file(
+                    self.path,
+                    "`environment` has neither a radiance nor a map",
+                    either,
+                ));
+            };
+            let constant = self.light_value("environment.radiance", radiance)?;
+            return Ok(Environment::Constant(constant));
+        };
+        if let Some(radiance) = radiance {
+            let problem = "`environment` has a radiance and a map";
+            return Err(self.error(&radiance.span(), problem, either));
+        }
+        let name = map.get_ref();
+        let path = paths::resolve(paths::folder_of(self.path), name).ok_or_else(|| {
+            self.error(
+                &map.span(),
+                format!("`environment.map` names `{name}`, which is no file"),
+                "paths are relative to the scene file",
+            )
+        })?;
+        let number = |field: &str, number: &Option<Number>, default, range| {
+            let field = format!("environment.{field}");
+            (number.as_ref()).map_or(Ok(default), |number| self.number(&field, number, range))
+        };
+        Ok(Environment::Map(SkyEntry {
+            path,
+            scale: number("scale", scale, 1.0, 0.0..LIGHT_MAX)?,
+            rotate_deg: number("rotate_deg", rotate_deg, 0.0, -360.0..360.0)?,
+        }))
     }
 
     /// A unit vector; vectors that are of unit length already stay as they are.

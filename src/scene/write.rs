@@ -14,10 +14,14 @@ use glam::Vec3;
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder as _};
 
+use crate::image::write_exr;
 use crate::output::{self, is_same_file};
 use crate::text::{self, number};
 
 use super::{Camera, Keyframe, Light, Material, Model, Scene, SceneError, Texture, Triangle};
+
+/// The file of its environment map.
+const SKY: &str = "sky.exr";
 
 impl Scene {
     /// Writes the scene into `folder`, which is made where it does not exist, and answers the path
@@ -37,6 +41,7 @@ impl Scene {
             .map(|model| (names.unique(&model.name), model))
             .collect();
         let path = folder.join(format!("{}.toml", file_name(&self.name)));
+        let sky = self.sky.as_ref().map(|sky| (folder.join(SKY), sky));
         let model_files = |(name, _): &(String, &Model)| {
             ["mtl", "obj"].map(|extension| folder.join(format!("{name}.{extension}")))
         };
@@ -44,6 +49,7 @@ impl Scene {
             .iter()
             .map(|texture| folder.join(texture))
             .chain(models.iter().flat_map(model_files))
+            .chain(sky.iter().map(|(path, _)| path.clone()))
             .chain([path.clone()]);
         for file in written {
             if self.files.iter().any(|known| is_same_file(known, &file)) {
@@ -62,6 +68,9 @@ impl Scene {
                 &self.mtl(model, &textures),
             )?;
             write_file(&folder.join(format!("{name}.obj")), &self.obj(model, name))?;
+        }
+        if let Some((path, sky)) = sky {
+            write_exr(&path, sky.image()).map_err(|error| SceneError::write(&path, error))?;
         }
         write_file(&path, &self.toml(&models))?;
         Ok(path)
@@ -183,7 +192,13 @@ impl Scene {
         for light in &self.lights {
             push_light(&mut text, light);
         }
-        if self.environment != Vec3::ZERO {
+        if let Some(sky) = &self.sky {
+            let rotate_deg = number(sky.rotate_deg());
+            let _ = writeln!(
+                text,
+                "[environment]\nmap = \"{SKY}\"\nrotate_deg = {rotate_deg}"
+            );
+        } else if self.environment != Vec3::ZERO {
             let _ = writeln!(
                 text,
                 "[environment]\nradiance = {}",

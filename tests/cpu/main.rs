@@ -25,6 +25,7 @@ mod properties;
 mod reference;
 mod repository;
 mod scene;
+mod sky;
 mod spherical_harmonics;
 #[cfg(feature = "view")]
 mod window;

@@ -16,7 +16,7 @@ use lumivox::scene::{
 };
 
 /// An empty scene seen from `eye`.
-fn scene(eye: Vec3, target: Vec3, vfov_deg: f32) -> Scene {
+pub(super) fn scene(eye: Vec3, target: Vec3, vfov_deg: f32) -> Scene {
     let forward = (target - eye).normalize();
     let up = if forward.y.abs() > 0.9 {
         Vec3::Z
@@ -34,7 +34,7 @@ fn scene(eye: Vec3, target: Vec3, vfov_deg: f32) -> Scene {
     }
 }
 
-fn lambert(albedo: f32) -> Material {
+pub(super) fn lambert(albedo: f32) -> Material {
     Material {
         albedo: Vec3::splat(albedo),
         ..Material::default()
@@ -42,7 +42,7 @@ fn lambert(albedo: f32) -> Material {
 }
 
 /// Adds a material and its triangles, each corner with position and normal.
-fn add(
+pub(super) fn add(
     scene: &mut Scene,
     material: Material,
     triangles: impl IntoIterator<Item = [(Vec3, Vec3, Vec2); 3]>,
@@ -66,7 +66,7 @@ fn add(
 
 /// A parallelogram, counter-clockwise from the front: `corner`, `corner + a`, `corner + a + b`,
 /// `corner + b`.
-fn quad(corner: Vec3, a: Vec3, b: Vec3) -> [[(Vec3, Vec3, Vec2); 3]; 2] {
+pub(super) fn quad(corner: Vec3, a: Vec3, b: Vec3) -> [[(Vec3, Vec3, Vec2); 3]; 2] {
     let normal = a.cross(b).normalize();
     let point = |u: f32, v: f32| (corner + a * u + b * v, normal, Vec2::new(u, v));
     [

@@ -106,6 +106,7 @@ impl<'s> Sweep<'s> {
     pub fn differs_in_camera_alone(&self, other: &Sweep<'_>) -> bool {
         (&self.scene.lights, self.scene.environment)
             == (&other.scene.lights, other.scene.environment)
+            && self.scene.sky == other.scene.sky
             && self.scene.vertices == other.scene.vertices
     }
 
