@@ -110,6 +110,39 @@ fn directions_are_drawn_by_their_density() {
         // A sample at the edge of a texel may be in the next by rounding.
         assert!(different * 200 < count, "{different}");
     }
+    // Each quarter of a texel has as many as its density says.
+    let sky = Sky::new(random_map(&mut random, 12, 6), 0.0).unwrap();
+    let (width, height, count) = (24u32, 12u32, 100_000u32);
+    let mut shares = vec![0.0; (width * height) as usize];
+    for _ in 0..count {
+        let direction = sky
+            .sample([random.unit(), random.unit()])
+            .direction
+            .as_dvec3();
+        let u = direction.x.atan2(-direction.z).rem_euclid(TAU) / TAU;
+        let v = direction.y.acos() / PI;
+        let [column, row] = [u * f64::from(width), v * f64::from(height)].map(|at| at as u32);
+        let bin = row.min(height - 1) * width + column.min(width - 1);
+        shares[bin as usize] += 1.0 / f64::from(count);
+    }
+    let fine = 8;
+    let expected = |bin: u32| -> f64 {
+        let (left, top) = (bin % width * fine, bin / width * fine);
+        let at = |index: u32| {
+            let (x, y) = (left + index % fine, top + index / fine);
+            let edge = |row: u32| (PI * f64::from(row) / f64::from(height * fine)).cos();
+            let solid_angle = (edge(y) - edge(y + 1)) * TAU / f64::from(width * fine);
+            let direction = direction_of(x.into(), y.into(), width * fine, height * fine);
+            solid_angle * f64::from(sky.density(direction.as_vec3()))
+        };
+        (0..fine * fine).map(at).sum()
+    };
+    let off: f64 = (0..)
+        .zip(&shares)
+        .map(|(bin, share)| (share - expected(bin)).abs())
+        .sum();
+    println!("{off} in the wrong quarters of texels");
+    assert!(off < 0.06, "{off}");
     let black = Sky::new(map(4, 4, |_| Vec3::ZERO), 0.0).unwrap();
     let sample = black.sample([0.3, 0.7]);
     assert!(sample.density > 0.0 && sample.direction.is_finite() && black.is_black());

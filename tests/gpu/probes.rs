@@ -54,11 +54,21 @@ pub(crate) fn with_border(map: &Map) -> Vec<DVec4> {
 }
 
 /// Probes of a lattice, with room for two bounces and gradients.
-fn volume(gpu: &Gpu, lattice: Lattice, [light, moments]: [u32; 2]) -> Volume {
+fn volume(gpu: &Gpu, lattice: Lattice, texels: [u32; 2]) -> Volume {
+    volume_with(gpu, lattice, texels, true)
+}
+
+/// The same with gradients or without.
+fn volume_with(
+    gpu: &Gpu,
+    lattice: Lattice,
+    [light, moments]: [u32; 2],
+    has_gradients: bool,
+) -> Volume {
     let kept = Kept {
         irradiance: volume::Irradiance::Octahedral(light),
         moment_texels: Some(moments),
-        has_gradients: true,
+        has_gradients,
         bounces: 2,
     };
     let volume = Volume::new(gpu, lattice, &kept).unwrap();
@@ -359,15 +369,19 @@ fn blended_maps_are_the_oracles() {
     let mut random = Random::new(7);
     let scene = bundled("cornell");
     let on_gpu = GpuScene::new(&gpu, &scene).unwrap();
-    for (count, edge, scale) in [
-        (32, 4, 1e-12),
-        (100, 8, 1.0),
-        (64, 16, 3e7),
-        (777, 11, 2e3),
-        (8192, 16, 1.0),
+    // Without gradients half of the texels are those that look the opposite way.
+    for (count, edge, scale, has_gradients) in [
+        (32, 4, 1e-12, true),
+        (33, 4, 1e-12, false),
+        (100, 8, 1.0, true),
+        (100, 8, 1.0, false),
+        (64, 16, 3e7, false),
+        (777, 11, 2e3, false),
+        (8192, 16, 1.0, true),
+        (1024, 16, 1.0, false),
     ] {
         let lattice = Lattice::within(on_gpu.bounds, 2, 0.5);
-        let volume = volume(&gpu, lattice, [edge, 8]);
+        let volume = volume_with(&gpu, lattice, [edge, 8], has_gradients);
         let rays = ProbeRays::new(&gpu, lattice.probe_count(), count).unwrap();
         let all = lattice.probe_count() * count;
         let room = RAYS_A_ROW * all.div_ceil(RAYS_A_ROW);
