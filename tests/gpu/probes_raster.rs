@@ -8,7 +8,7 @@ use lumivox::render::bvh::oracle::RayOracle;
 use lumivox::scene::Scene;
 
 use super::probes::{scenes, texels, traced};
-use super::probes_time::inside_box;
+use super::probes_time::{check_traced_again, inside_box};
 use super::probes_voxels::{light, off};
 use crate::support::gpu;
 use crate::support::loading::corners;
@@ -153,24 +153,13 @@ fn rays_keep_their_views_where_nothing_moved() {
     }));
     let corners = [bounds.0, bounds.1].map(Vec3::as_dvec3);
     let set = ray_set(of.rays.count);
-    let mut traced = [0, 0];
-    for (probe, place) in (0..).zip(&places) {
-        for (ray, direction) in (0..).zip(&set) {
-            let index = (probe * of.rays.count + ray) as usize;
-            let Some(middle) = middle_of(turn_of(probe) * *direction, EDGE) else {
-                continue;
-            };
-            let inside = inside_box(place.as_dvec3(), middle, f64::INFINITY, corners);
-            if probe != 5 && inside.abs() < 1e-3 {
-                continue;
-            }
-            let is_again = again[index] == hits[index];
-            assert_eq!(is_again, probe == 5 || inside > 0.0, "{inside}");
-            traced[usize::from(is_again)] += 1;
-        }
-    }
-    println!("{traced:?}");
-    assert!(traced[0] > traced[1] && traced[1] > of.rays.count);
+    let all = of.volume.lattice.probe_count() * of.rays.count;
+    let all = ..all as usize;
+    check_traced_again(([&hits[all], &again[all]], of.rays.count), |probe, ray| {
+        let middle = middle_of(turn_of(probe) * set[ray as usize], EDGE)?;
+        let place = places[probe as usize].as_dvec3();
+        Some(inside_box(place, middle, f64::INFINITY, corners))
+    });
     assert!(moments == gpu.read_image(&of.volume.moments, 0, 0).unwrap());
 }
 

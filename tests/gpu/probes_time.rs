@@ -31,6 +31,27 @@ pub(super) fn inside_box(
     last - first
 }
 
+/// Checks that those rays are traced again that come through a box, those of probe 5, which has
+/// moved, and no others: `again` is what they have in place of `hits` that were marked in between.
+/// `inside`: how far a ray of a probe is inside of the box (m); none where rounding decides.
+pub(super) fn check_traced_again(
+    ([hits, again], count): ([&[[u32; 4]]; 2], u32),
+    inside: impl Fn(u32, u32) -> Option<f64>,
+) {
+    let mut traced = [0, 0];
+    for index in 0..hits.len() as u32 {
+        let (probe, ray) = (index / count, index % count);
+        let Some(inside) = inside(probe, ray).filter(|by| probe == 5 || by.abs() > 1e-3) else {
+            continue;
+        };
+        let is_again = again[index as usize] == hits[index as usize];
+        assert_eq!(is_again, probe == 5 || inside > 0.0, "{inside}");
+        traced[usize::from(is_again)] += 1;
+    }
+    println!("{traced:?} kept and traced again");
+    assert!(traced[0] > traced[1] && traced[1] > count);
+}
+
 /// Traces again after something has moved in a box, with hits and moments that nobody has traced.
 fn trace_again(gpu: &Gpu, of: &Traced, moved: (Vec3, Vec3)) {
     let Traced {

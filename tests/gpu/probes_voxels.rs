@@ -11,7 +11,7 @@ use lumivox::image::{Aov, Image};
 use lumivox::scene::Scene;
 
 use super::probes::{texels, traced};
-use super::probes_time::inside_box;
+use super::probes_time::{check_traced_again, inside_box};
 use crate::support::scenes::{Corners, add_model, bundled, lump, scene_of, still};
 use crate::support::technique::{Surfaces, frame, largest_difference, small_lights, small_room};
 use crate::support::voxels::{coordinates, read, trace_voxel};
@@ -141,23 +141,15 @@ fn rays_keep_their_voxels_where_nothing_moved() {
     let margin = 5.0 * source.voxels().unwrap().grid.voxel_size;
     let corners = [moved.0 - margin, moved.1 + margin].map(Vec3::as_dvec3);
     let set = ray_set(of.rays.count);
-    let mut traced = [0, 0];
-    for (probe, place) in (0..).zip(&places) {
-        for (ray, direction) in (0..).zip(&set) {
-            let index = (probe * of.rays.count + ray) as usize;
-            let distance = f64::from(f32::from_bits(hits[index][3]));
-            let direction = turn_of(probe) * *direction;
-            let inside = inside_box(place.as_dvec3(), direction, distance, corners);
-            if probe != 5 && inside.abs() < 1e-3 {
-                continue;
-            }
-            let is_again = again[index] == hits[index];
-            assert_eq!(is_again, probe == 5 || inside > 0.0, "{inside}");
-            traced[usize::from(is_again)] += 1;
-        }
-    }
-    println!("{traced:?}");
-    assert!(traced[0] > traced[1] && traced[1] > of.rays.count);
+    let all = of.volume.lattice.probe_count() * of.rays.count;
+    let all = ..all as usize;
+    check_traced_again(([&hits[all], &again[all]], of.rays.count), |probe, ray| {
+        let index = (probe * of.rays.count + ray) as usize;
+        let distance = f64::from(f32::from_bits(hits[index][3]));
+        let direction = turn_of(probe) * set[ray as usize];
+        let place = places[probe as usize].as_dvec3();
+        Some(inside_box(place, direction, distance, corners))
+    });
     assert!(moments == gpu.read_image(&of.volume.moments, 0, 0).unwrap());
 }
 
