@@ -9,7 +9,9 @@ layout(std140, set = 0, binding = 0) uniform FrameConstants {
     vec4 ray_right;           // xyz: from the image's centre to its right edge at view depth 1
     vec4 ray_up;              // xyz: from the image's centre to its top edge at view depth 1
     vec4 ray_forward;         // xyz: unit view direction
-    vec4 environment;         // xyz: radiance [W/(m² sr)]
+    vec4 environment;         // rgb: radiance [W/(m² sr)]; w: 1 where it is times a map
+    // where there is a map: cosine and sine of its turn, edges of its first and last levels
+    vec4 sky;
     uvec4 size_px;            // xy: image size [px]; z: number of lights; w: of light views
     uvec4 walk;               // x: number of the frame, for patterns that change with it
     uvec4 gathered;           // which pixels are gathered (shared/receiver.glsl)
@@ -49,6 +51,9 @@ layout(std430, set = 0, binding = 9) readonly buffer Materials { Material materi
 layout(std430, set = 0, binding = 10) readonly buffer Lights { Light lights[]; };
 
 const float PI = 3.14159265358979;
+
+// Radiance that comes from everywhere alike [W/(m² sr)]: none where there is a map.
+vec3 uniform_environment() { return (1.0 - frame.environment.w) * frame.environment.rgb; }
 
 // The vertices of a triangle, counter-clockwise from the front.
 uvec3 vertices_of(uint triangle) {

@@ -106,7 +106,7 @@ impl PictureArgs {
     /// three digits, because nobody chose how bright that light is.
     fn exposure(&self, image: &Image, (args, scene): (&SceneArgs, &Scene), is_light: bool) -> f32 {
         let suits = is_light && Scene::is_model_alone(args.source());
-        let background = scene.environment;
+        let background = scene.environment.uniform();
         let chosen = || match suits {
             true => format!("{:.2e}", exposure_to_see(image, background))
                 .parse()

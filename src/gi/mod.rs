@@ -97,6 +97,8 @@ pub struct CastRays<'r> {
     pub hits: &'r Arc<Buffer>,
     /// Number of rays.
     pub count: u32,
+    /// Rays of a family, over all directions: as wide they see the environment.
+    pub of_family: u32,
 }
 
 /// The pass that casts them has this name, whichever store it is of.

@@ -147,8 +147,8 @@ impl Gpu {
         MaterialSet::new(&self.device, &self.shared, images)
     }
 
-    /// Textures can be sampled from now on.
-    pub(super) fn make_ready(&self, images: &[&Arc<Image>]) -> Result<(), Error> {
+    /// Images can be sampled from now on.
+    pub fn make_ready(&self, images: &[&Arc<Image>]) -> Result<(), Error> {
         let mut frame = Frame::new();
         for image in images {
             let resource = Resource::from(*image);

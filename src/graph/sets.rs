@@ -27,16 +27,19 @@ pub struct SceneBindings {
     pub materials: Arc<Buffer>,
     /// Binding 10: the lights.
     pub lights: Arc<Buffer>,
+    /// Binding 11: the environment by direction, an image that is only read from now on.
+    pub sky: Arc<Image>,
 }
 
 /// Set 0: frame constants (0), samplers (1 linear clamp, 2 nearest clamp, 3 linear repeat),
 /// positions (4), normals (5) and texture coordinates (6) of vertices, vertices (7) and materials
-/// (8) of triangles, materials (9), lights (10).
+/// (8) of triangles, materials (9), lights (10), the environment by direction (11).
 pub struct SceneSet {
     pub(super) raw: vk::DescriptorSet,
     /// The storage buffers; every pass that uses the set reads them.
     pub(super) storage: [Arc<Buffer>; 7],
     _frame_uniform: Arc<Buffer>,
+    _sky: Arc<Image>,
     _shared: Arc<SharedSets>,
     _pool: DescriptorPool,
 }
@@ -68,6 +71,7 @@ impl SharedSets {
                 &[T::UNIFORM_BUFFER][..],
                 &[T::SAMPLER; 3],
                 &[T::STORAGE_BUFFER; 7],
+                &[T::SAMPLED_IMAGE],
             ]
             .concat(),
         )?;
@@ -134,12 +138,19 @@ impl SceneSet {
                 .iter()
                 .map(|buffer| Descriptor::Buffer(buffer.raw())),
         );
+        let sky = &bindings.sky;
+        descriptors.push(Descriptor::Image(
+            sky.view(0..sky.mips())?,
+            vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL,
+        ));
+        sky.freeze();
         let pool = DescriptorPool::new(device, [&*shared.scene])?;
         let raw = pool.set("scene", &shared.scene, &descriptors)?;
         Ok(Arc::new(SceneSet {
             raw,
             storage,
             _frame_uniform: Arc::clone(&bindings.frame_uniform),
+            _sky: Arc::clone(sky),
             _shared: Arc::clone(shared),
             _pool: pool,
         }))

@@ -15,8 +15,8 @@ use super::emitters::LightSample;
 use super::sampler::Sampler;
 use super::world::{Surface, World};
 use super::{Bounces, bsdf::Lobe};
-use crate::scene::SkySample;
 use crate::scene::rays::Ray;
+use crate::scene::{Environment, SkySample};
 
 /// Roulette starts at this indirect bounce.
 const ROULETTE_FROM_BOUNCE: u32 = 3;
@@ -199,16 +199,18 @@ impl World<'_> {
     /// Light of the environment that scattering with `density` comes to, weighted against sampling
     /// of its map.
     fn weighted_sky(&self, direction: Vec3, density: f32) -> Vec3 {
-        match &self.scene.sky {
-            Some(sky) => sky.radiance(direction) * power_heuristic(density, sky.density(direction)),
-            None => self.scene.environment,
+        match &self.scene.environment {
+            Environment::Map(sky) => {
+                sky.radiance(direction) * power_heuristic(density, sky.density(direction))
+            }
+            Environment::Uniform(radiance) => *radiance,
         }
     }
 
     /// Draws a direction towards the environment from its map, as seen from a surface; `None` where
     /// there is no map, or the direction is behind.
     fn sample_sky(&self, surface: &Surface, sampler: &mut Sampler) -> Option<LightSample> {
-        let sky = self.scene.sky.as_ref()?;
+        let sky = self.scene.environment.sky()?;
         let SkySample { direction, density } = sky.sample(sampler.next_2d());
         if !surface.is_above(direction) || density <= 0.0 {
             return None;

@@ -291,7 +291,7 @@ impl Job<'_> {
                         .shade_first(&surface, lights, self.settings.bounces, &mut sampler)
                 }
                 None => Terms {
-                    emission: self.world.scene.environment_from(direction),
+                    emission: self.world.scene.environment.radiance(direction),
                     visibility: 1.0,
                     ..Terms::default()
                 },

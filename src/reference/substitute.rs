@@ -117,7 +117,7 @@ pub fn gather(
                 .then(|| world.trace(&surface.ray(direction)))
             {
                 None => Vec3::ZERO,
-                Some(None) => scene.environment_from(direction),
+                Some(None) => scene.environment.radiance(direction),
                 Some(Some(hit)) => radiance(&SurfacePoint {
                     position: hit.position,
                     normal: hit.geometric_normal,

@@ -7,6 +7,7 @@ use bytemuck::cast_slice;
 use glam::Vec3;
 
 use super::emitters::{Emitter, emitters};
+use super::environment::{self, GpuEnvironment};
 use super::grid::Grid;
 use super::lights::views::{LightCascades, ViewRanges};
 use super::mean_normals::levels_of_means;
@@ -15,7 +16,9 @@ use crate::graph::{
     Buffer, BufferDesc, BufferUsage, DrawBatch, Error, Frame, FrameStats, Gpu, Image, ImageDesc,
     ImageKind, ImageUsage, MaterialSets, Owner, SceneBindings, SceneSet, vk,
 };
-use crate::scene::{Batch, Camera, Light, Material, Scene, Texture, TextureKind, Vertex, union};
+use crate::scene::{
+    Batch, Camera, Environment, Light, Material, Scene, Texture, TextureKind, Vertex, union,
+};
 
 gpu_struct! {
     /// What a frame is seen with; binding 0 of set 0 (`shared/frame.glsl`).
@@ -30,8 +33,11 @@ gpu_struct! {
         pub ray_up: [f32; 4],
         /// xyz: unit view direction.
         pub ray_forward: [f32; 4],
-        /// xyz: radiance of the environment (W/(m² sr)).
+        /// rgb: radiance of the environment (W/(m² sr)); w: 1 where it is times a map.
         pub environment: [f32; 4],
+        /// Where there is a map: the cosine and sine of its turn, and the edges of its first and
+        /// last levels (texels).
+        pub sky: [f32; 4],
         /// xy: image size (px); z: number of lights; w: number of light views for
         /// lookups anywhere.
         pub size_px: [u32; 4],
@@ -162,8 +168,8 @@ pub struct GpuScene {
     pub lights: Vec<Light>,
     /// How many maps directional lights have.
     pub cascades: LightCascades,
-    /// Radiance of the environment (W/(m² sr)).
-    pub environment: Vec3,
+    /// Light from far away.
+    pub environment: GpuEnvironment,
     /// What `set` shows.
     pub(super) buffers: SceneBindings,
     /// All textures.
@@ -297,15 +303,13 @@ pub static SET_POSE: &str = "scene.set_pose";
 impl GpuScene {
     /// Uploads a scene.
     pub fn new(gpu: &Gpu, scene: &Scene) -> Result<Self, Error> {
-        if scene.sky.is_some() {
-            return Err(Error::EnvironmentMap(scene.name.clone()));
-        }
         let frame_uniform = gpu.create_buffer(&BufferDesc {
             name: "frame.constants".into(),
             size_bytes: size_of::<FrameConstants>() as u64,
             usage: BufferUsage::Uniform,
             owner: Owner::Shared,
         })?;
+        let environment = GpuEnvironment::new(gpu, &scene.environment, None)?;
         let shared = |name, bytes: &[u8]| storage(gpu, (name, Owner::Shared), bytes);
         let vectors = |of: fn(&Vertex) -> [f32; 3]| -> Vec<[f32; 3]> {
             scene.vertices.iter().map(of).collect()
@@ -340,6 +344,10 @@ impl GpuScene {
                 "scene.lights",
                 cast_slice(&gpu_lights(&scene.lights, LightCascades::ONE)),
             )?,
+            sky: match environment.image() {
+                Some(image) => Arc::clone(image),
+                None => environment::no_map(gpu)?,
+            },
         };
         let set = gpu.create_scene_set(&buffers)?;
         let dynamic = DynamicGeometry::new(gpu, scene)?;
@@ -374,21 +382,25 @@ impl GpuScene {
             eye: scene.camera.eye,
             lights: scene.lights.clone(),
             cascades: LightCascades::ONE,
-            environment: scene.environment,
+            environment,
             buffers,
             textures,
             material_textures,
         })
     }
 
-    /// Replaces the lights. Whatever was made for the lights before, such as light maps and
-    /// techniques, has to be made again.
+    /// Replaces the lights and the environment. Whatever was made for those before, such as light
+    /// maps and techniques, has to be made again.
     pub fn set_lights(
         &mut self,
         gpu: &Gpu,
         lights: &[Light],
-        environment: Vec3,
+        environment: &Environment,
     ) -> Result<(), Error> {
+        let environment = GpuEnvironment::new(gpu, environment, Some(&self.environment))?;
+        if let Some(image) = environment.image() {
+            self.buffers.sky = Arc::clone(image);
+        }
         self.buffers.lights = storage(
             gpu,
             ("scene.lights", Owner::Shared),
@@ -556,6 +568,7 @@ impl GpuScene {
         let aspect = width as f32 / height as f32;
         let (low, high) = self.lit_bounds();
         let size_m = (high - low).length().max(1e-6);
+        let [environment, sky] = self.environment.constants();
         let wide = |vector: Vec3| vector.extend(0.0).to_array();
         FrameConstants {
             clip_from_world: camera
@@ -565,7 +578,8 @@ impl GpuScene {
             ray_right: wide(right * tan_y * aspect),
             ray_up: wide(up * tan_y),
             ray_forward: wide(forward),
-            environment: wide(self.environment),
+            environment,
+            sky,
             size_px: [
                 width,
                 height,

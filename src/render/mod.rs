@@ -4,6 +4,7 @@
 mod aov;
 pub mod bvh;
 pub mod emitters;
+mod environment;
 mod gpu_scene;
 mod grid;
 mod lights;
@@ -17,6 +18,7 @@ pub use aov::{
 };
 pub(crate) use aov::{float_from_half, read_weights};
 pub use emitters::Emitter;
+pub use environment::GpuEnvironment;
 pub(crate) use gpu_scene::storage;
 pub use gpu_scene::{
     DynamicGeometry, FrameConstants, GpuLight, GpuMaterial, GpuScene, SET_POSE, TextureUse,

@@ -54,11 +54,9 @@ impl Scene {
 
     /// Materials, lights, environment and camera as debug text, which spells floats exactly.
     pub(crate) fn small_content(&self) -> String {
-        let sky = self.sky.as_ref();
-        let sky = sky.map_or(String::new(), |sky| format!(" {sky:?}"));
         format!(
-            "{:?} {:?} {:?} {:?}{}",
-            self.materials, self.lights, self.environment, self.camera, sky
+            "{:?} {:?} {:?} {:?}",
+            self.materials, self.lights, self.environment, self.camera
         )
     }
 

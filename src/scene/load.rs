@@ -2,13 +2,12 @@
 
 use std::ffi::OsStr;
 use std::path::Path;
-use std::sync::Arc;
 
 use glam::Vec3;
 
 use super::textures::TextureRequests;
-use super::toml::{Environment, ModelEntry, SceneFile};
-use super::{Light, Scene, SceneError, Sky, bundled, model, paths, place, toml};
+use super::toml::{EnvironmentEntry, ModelEntry, SceneFile};
+use super::{Light, Scene, SceneError, Sky, SkySource, bundled, model, paths, place, toml};
 use crate::text::vector;
 
 /// How to load a scene.
@@ -106,7 +105,7 @@ impl Scene {
                     models: vec![entry],
                     camera: None,
                     lights: Vec::new(),
-                    environment: Environment::default(),
+                    environment: EnvironmentEntry::default(),
                 };
                 let mut scene = Scene::from_parts(path, &file, options)?;
                 if options.up == Up::Y && place::looks_z_up(&scene) {
@@ -158,12 +157,14 @@ impl Scene {
         Ok(scene)
     }
 
-    fn take_environment(&mut self, environment: &Environment) -> Result<(), SceneError> {
-        (self.environment, self.sky) = match environment {
-            Environment::Constant(radiance) => (*radiance, None),
-            Environment::Map(entry) => {
-                self.files.push(entry.path.clone());
-                (Vec3::ZERO, Some(Arc::new(Sky::read(entry)?)))
+    fn take_environment(&mut self, environment: &EnvironmentEntry) -> Result<(), SceneError> {
+        self.environment = match environment {
+            EnvironmentEntry::Constant(radiance) => (*radiance).into(),
+            EnvironmentEntry::Map(entry) => {
+                if let SkySource::File(path) = &entry.source {
+                    self.files.push(path.clone());
+                }
+                Sky::read(entry)?.into()
             }
         };
         Ok(())
@@ -205,10 +206,7 @@ impl Scene {
                 intensity != Vec3::ZERO
             }
         };
-        self.is_emissive()
-            || self.environment != Vec3::ZERO
-            || (self.sky.as_ref()).is_some_and(|sky| !sky.is_black())
-            || self.lights.iter().any(carries_light)
+        self.is_emissive() || !self.environment.is_black() || self.lights.iter().any(carries_light)
     }
 
     /// Puts the camera where it sees most of the scene.
@@ -224,14 +222,14 @@ impl Scene {
             return;
         };
         self.take_camera(&placement);
-        self.environment = placement.environment;
+        self.environment = placement.environment.into();
         if !placement.lights.is_empty() {
             let lights = super::lights_toml(&placement.lights);
             log::warn!("{}: no light is given; it gets {lights}", self.name);
         }
         self.lights = placement.lights;
-        if self.environment != Vec3::ZERO {
-            let sky = vector(self.environment.to_array());
+        if placement.environment != Vec3::ZERO {
+            let sky = vector(placement.environment.to_array());
             log::warn!(
                 "{}: no environment is given; it gets a sky of {sky}",
                 self.name

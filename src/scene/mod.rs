@@ -7,6 +7,8 @@
 mod assemble;
 pub mod bundled;
 mod camera;
+mod clear_sky;
+mod environment;
 mod error;
 mod hash;
 mod light;
@@ -31,6 +33,8 @@ mod toml;
 mod write;
 
 pub use camera::Camera;
+pub use clear_sky::ClearSky;
+pub use environment::Environment;
 pub use error::SceneError;
 pub use hash::Fnv;
 pub use light::Light;
@@ -41,9 +45,9 @@ pub(crate) use motion::union;
 pub use motion::{Keyframe, Motion, Pose};
 pub use shot::Shot;
 pub use sight::Sight;
-pub use sky::{Sky, SkySample};
+pub use sky::{Sky, SkySample, SkySource};
 pub use texture::{Texture, TextureKind};
-pub use write::{camera_toml, lights_toml};
+pub use write::{camera_toml, environment_toml, lights_toml};
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -119,10 +123,8 @@ pub struct Scene {
     pub textures: Vec<Arc<Texture>>,
     /// All analytic lights.
     pub lights: Vec<Light>,
-    /// Constant radiance of the environment [W/(m² sr)]; 0 where there is a map of it.
-    pub environment: Vec3,
-    /// The map of the environment, where its radiance differs by direction. Copies share it.
-    pub sky: Option<Arc<Sky>>,
+    /// Light from far away.
+    pub environment: Environment,
     /// The camera that a picture is taken with.
     pub camera: Camera,
     /// The files that it was read from; none of a bundled scene.
@@ -149,11 +151,6 @@ impl Scene {
             }
         }
         batches
-    }
-
-    /// Radiance of the environment from a unit direction [W/(m² sr)].
-    pub fn environment_from(&self, direction: Vec3) -> Vec3 {
-        (self.sky.as_ref()).map_or(self.environment, |sky| sky.radiance(direction))
     }
 
     /// Whether any surface emits.

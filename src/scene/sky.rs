@@ -7,10 +7,12 @@
 use std::f64::consts::{PI, TAU};
 use std::fmt;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use glam::Vec3;
 
 use super::SceneError;
+use super::clear_sky::ClearSky;
 use super::hash::Fnv;
 use crate::image::{Image, luminance, read_exr};
 
@@ -26,44 +28,53 @@ pub struct SkySample {
     pub density: f32,
 }
 
+/// Where a map comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SkySource {
+    /// A file.
+    File(PathBuf),
+    /// A model.
+    Clear(ClearSky),
+}
+
 /// What a scene file says of a map.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct SkyEntry {
-    /// The file.
-    pub(super) path: PathBuf,
+    /// Where it comes from.
+    pub(super) source: SkySource,
     /// Radiance of a texel of 1 [W/(m² sr)].
     pub(super) scale: f32,
     /// About +y, counter-clockwise from above (°).
     pub(super) rotate_deg: f32,
 }
 
-/// An environment map.
-#[derive(Clone, PartialEq)]
+/// An environment map, scaled and turned.
+#[derive(Clone)]
 pub struct Sky {
-    image: Image,
+    map: Arc<Map>,
+    scale: f32,
     rotate_deg: f32,
     /// Added to u of a direction, 0 to 1.
     turn: f64,
-    /// Running sum of the probabilities of rows, ending at 1.
-    rows: Vec<f64>,
-    /// Of each row: running sum of those of its texels, ending at 1.
-    columns: Vec<f32>,
     /// Of all that it is.
     hash: u128,
 }
 
-impl fmt::Debug for Sky {
-    /// What tells it from others, in short.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Image { width, height, .. } = self.image;
-        write!(f, "Sky({width}x{height} {:032x})", self.hash)
-    }
+/// The texels of a map, and how they are drawn.
+struct Map {
+    image: Image,
+    /// Running sum of the probabilities of rows, ending at 1.
+    rows: Vec<f64>,
+    /// Of each row: running sum of those of its texels, ending at 1.
+    columns: Vec<f32>,
+    hash: u128,
+    /// `None`: an image in memory.
+    source: Option<SkySource>,
 }
 
-impl Sky {
-    /// A map of radiance [W/(m² sr)], turned about +y by `rotate_deg`, counter-clockwise from
-    /// above; what is wrong with it, in words, where a side or a texel is out of range.
-    pub fn new(image: Image, rotate_deg: f32) -> Result<Self, String> {
+impl Map {
+    /// What is wrong with it, in words, where a side or a texel is out of range.
+    fn new(image: Image, source: Option<SkySource>) -> Result<Self, String> {
         let Image { width, height, .. } = image;
         if !SIDES.contains(&width) || !SIDES.contains(&height) {
             let (least, most) = (SIDES.start(), SIDES.end());
@@ -82,43 +93,122 @@ impl Sky {
                  {y}: {r}, {g}, {b}"
             ));
         }
-        let rotate_deg = rotate_deg.rem_euclid(360.0);
         let mut hash = Fnv::default();
         hash.bytes(bytemuck::cast_slice(&image.pixels));
         hash.bytes(bytemuck::cast_slice(&[width, height]));
-        hash.bytes(bytemuck::bytes_of(&rotate_deg));
         let (rows, columns) = distribution(&image);
-        Ok(Sky {
+        Ok(Map {
             image,
-            rotate_deg,
-            turn: f64::from(rotate_deg) / 360.0,
             rows,
             columns,
             hash: hash.value(),
+            source,
         })
     }
+}
 
-    /// Reads a map.
+impl PartialEq for Sky {
+    fn eq(&self, other: &Self) -> bool {
+        self.hash == other.hash
+    }
+}
+
+impl fmt::Debug for Sky {
+    /// What tells it from others, in short.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Image { width, height, .. } = self.map.image;
+        write!(f, "Sky({width}x{height} {:032x})", self.hash)
+    }
+}
+
+impl Sky {
+    /// A map of radiance [W/(m² sr)], turned about +y by `rotate_deg`, counter-clockwise from
+    /// above; what is wrong with it, in words, where a side or a texel is out of range.
+    pub fn new(image: Image, rotate_deg: f32) -> Result<Self, String> {
+        let map = Arc::new(Map::new(image, None)?);
+        Ok(Sky::of(map, 1.0, rotate_deg))
+    }
+
+    /// A cloudless sky; what is wrong with its parameters, in words, where one is out of range.
+    pub fn clear(sky: ClearSky) -> Result<Self, String> {
+        let map = Map::new(sky.image()?, Some(SkySource::Clear(sky)))?;
+        Ok(Sky::of(Arc::new(map), 1.0, 0.0))
+    }
+
+    fn of(map: Arc<Map>, scale: f32, rotate_deg: f32) -> Self {
+        let rotate_deg = rotate_deg.rem_euclid(360.0);
+        let mut hash = Fnv::default();
+        hash.bytes(bytemuck::bytes_of(&map.hash));
+        hash.bytes(bytemuck::cast_slice(&[scale, rotate_deg]));
+        Sky {
+            map,
+            scale,
+            rotate_deg,
+            turn: f64::from(rotate_deg) / 360.0,
+            hash: hash.value(),
+        }
+    }
+
+    /// The same map, with radiance `scale` [W/(m² sr)] for a texel of 1, turned by `rotate_deg`.
+    #[must_use]
+    pub fn with(&self, scale: f32, rotate_deg: f32) -> Self {
+        Sky::of(Arc::clone(&self.map), scale, rotate_deg)
+    }
+
+    /// Whether another has the same texels, however scaled and turned.
+    pub fn is_of_map(&self, other: &Sky) -> bool {
+        self.map.hash == other.map.hash
+    }
+
+    /// The map that a scene file names.
     pub(super) fn read(entry: &SkyEntry) -> Result<Self, SceneError> {
+        let path = match &entry.source {
+            SkySource::File(path) => path.as_path(),
+            SkySource::Clear(_) => Path::new("clear_sky"),
+        };
         let problem = |problem: String| {
             let hint = "give an equirectangular map, .exr or .hdr, of finite texels";
-            SceneError::file(&entry.path, problem, hint)
+            SceneError::file(path, problem, hint)
         };
-        let mut image = read(&entry.path).map_err(problem)?;
-        for pixel in &mut image.pixels {
-            *pixel *= entry.scale;
+        let image = match &entry.source {
+            SkySource::File(path) => read(path),
+            SkySource::Clear(clear) => clear.image(),
+        };
+        let map = Map::new(image.map_err(problem)?, Some(entry.source.clone())).map_err(problem)?;
+        let brightest =
+            (map.image.pixels.iter()).fold(0.0, |most: f32, texel| most.max(texel.max_element()));
+        if !(brightest * entry.scale).is_finite() {
+            return Err(problem(format!(
+                "`scale = {}` makes texels too bright for numbers: the largest is {brightest}",
+                entry.scale
+            )));
         }
-        Sky::new(image, entry.rotate_deg).map_err(problem)
+        Ok(Sky::of(Arc::new(map), entry.scale, entry.rotate_deg))
+    }
+
+    /// Where the map comes from; `None`: an image in memory.
+    pub fn source(&self) -> Option<&SkySource> {
+        self.map.source.as_ref()
     }
 
     /// Whether no light comes from anywhere.
     pub fn is_black(&self) -> bool {
-        self.image.pixels.iter().all(|pixel| *pixel == Vec3::ZERO)
+        self.scale == 0.0 || (self.image().pixels.iter()).all(|pixel| *pixel == Vec3::ZERO)
     }
 
-    /// Its texels before it is turned, [W/(m² sr)].
+    /// Its texels before it is scaled and turned.
     pub fn image(&self) -> &Image {
-        &self.image
+        &self.map.image
+    }
+
+    /// Radiance of a texel of 1 [W/(m² sr)].
+    pub fn scale(&self) -> f32 {
+        self.scale
+    }
+
+    /// All that it is, in a number.
+    pub fn hash(&self) -> u128 {
+        self.hash
     }
 
     /// How far it is turned (°), 0 to 360.
@@ -130,25 +220,27 @@ impl Sky {
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
         let between = self.between(direction);
         let part = |(row, column, share): (usize, usize, f64)| {
-            let texel = self.image.pixels[row * self.image.width as usize + column];
+            let texel = self.image().pixels[row * self.image().width as usize + column];
             texel * share as f32
         };
-        between.map(part).into_iter().sum()
+        self.scale * between.map(part).into_iter().sum::<Vec3>()
     }
 
     /// Draws a direction by two numbers of [0, 1). A texel is drawn by its luminance times solid
     /// angle, and a place by what it adds to the bilinear light: a tent around its middle.
     pub fn sample(&self, numbers: [f32; 2]) -> SkySample {
-        let Image { width, height, .. } = self.image;
+        let Image { width, height, .. } = *self.image();
         let [a, b] = numbers.map(f64::from);
-        let row = find(self.rows.len(), |row| self.rows[row] <= a);
+        let row = find(self.map.rows.len(), |row| self.map.rows[row] <= a);
         let of_row = self.row(row);
         let column = find(of_row.len(), |column| f64::from(of_row[column]) <= b);
-        let begin = row.checked_sub(1).map_or(0.0, |before| self.rows[before]);
+        let begin = row
+            .checked_sub(1)
+            .map_or(0.0, |before| self.map.rows[before]);
         let (left, right) = range_in(of_row, column);
         let x = column as f64 + 0.5 + tent(b, left.into(), right.into());
         // Beyond the poles light goes on as it is at the last row: the tent folds back.
-        let y = (row as f64 + 0.5 + tent(a, begin, self.rows[row])).abs();
+        let y = (row as f64 + 0.5 + tent(a, begin, self.map.rows[row])).abs();
         let y = f64::from(height) - (f64::from(height) - y).abs();
         let (u, v) = (x / f64::from(width) - self.turn, y / f64::from(height));
         let ((sin, cos), (flat, up)) = ((u * TAU).sin_cos(), (v * PI).sin_cos());
@@ -161,11 +253,13 @@ impl Sky {
 
     /// Density with which [`Sky::sample`] draws a unit direction [1/sr].
     pub fn density(&self, direction: Vec3) -> f32 {
-        let Image { width, height, .. } = self.image;
+        let Image { width, height, .. } = *self.image();
         let part = |(row, column, share): (usize, usize, f64)| {
-            let begin = row.checked_sub(1).map_or(0.0, |before| self.rows[before]);
+            let begin = row
+                .checked_sub(1)
+                .map_or(0.0, |before| self.map.rows[before]);
             let (left, right) = range_in(self.row(row), column);
-            share * (self.rows[row] - begin) * f64::from(right - left)
+            share * (self.map.rows[row] - begin) * f64::from(right - left)
         };
         let in_texels: f64 = self.between(direction).map(part).into_iter().sum();
         let y = f64::from(direction.y);
@@ -176,7 +270,7 @@ impl Sky {
 
     /// The four texels around a direction, by row and column, and their shares.
     fn between(&self, direction: Vec3) -> [(usize, usize, f64); 4] {
-        let [width, height] = [self.image.width, self.image.height].map(i64::from);
+        let [width, height] = [self.image().width, self.image().height].map(i64::from);
         let [u, v] = self.place(direction);
         let [x, y] = [u * width as f64 - 0.5, v * height as f64 - 0.5];
         let (left, top) = (x.floor() as i64, y.floor() as i64);
@@ -199,8 +293,8 @@ impl Sky {
     }
 
     fn row(&self, row: usize) -> &[f32] {
-        let width = self.image.width as usize;
-        &self.columns[row * width..(row + 1) * width]
+        let width = self.image().width as usize;
+        &self.map.columns[row * width..(row + 1) * width]
     }
 }
 

@@ -7,9 +7,10 @@ use glam::Vec3;
 use serde::Deserialize;
 use toml::Spanned;
 
+use super::clear_sky::ClearSky;
 use super::light::LIGHT_MAX;
 use super::model::{Placement, Use};
-use super::sky::SkyEntry;
+use super::sky::{SkyEntry, SkySource};
 use super::{Camera, Keyframe, Light, Pose, SceneError, paths};
 use crate::text;
 
@@ -82,8 +83,18 @@ struct LightToml {
 struct EnvironmentToml {
     radiance: Option<Vector>,
     map: Option<Spanned<String>>,
+    clear_sky: Option<Spanned<ClearSkyToml>>,
     scale: Option<Number>,
     rotate_deg: Option<Number>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ClearSkyToml {
+    sun_height_deg: Option<Number>,
+    turbidity: Option<Number>,
+    ground: Option<Vector>,
+    sun: Option<bool>,
 }
 
 /// One `[[model]]`, its path resolved.
@@ -103,21 +114,21 @@ pub(super) struct SceneFile {
     /// All lights of the scene file.
     pub(super) lights: Vec<Light>,
     /// What comes from all around.
-    pub(super) environment: Environment,
+    pub(super) environment: EnvironmentEntry,
 }
 
 /// What comes from all around.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Environment {
+pub(super) enum EnvironmentEntry {
     /// The same radiance from all directions [W/(m² sr)].
     Constant(Vec3),
     /// What a map says.
     Map(SkyEntry),
 }
 
-impl Default for Environment {
+impl Default for EnvironmentEntry {
     fn default() -> Self {
-        Environment::Constant(Vec3::ZERO)
+        EnvironmentEntry::Constant(Vec3::ZERO)
     }
 }
 
@@ -169,7 +180,7 @@ pub(super) struct Overlay {
     /// `None` where the text has no `light`.
     pub(super) lights: Option<Vec<Light>>,
     /// `None` where the text has no `environment`.
-    pub(super) environment: Option<Environment>,
+    pub(super) environment: Option<EnvironmentEntry>,
 }
 
 /// Parses and checks what is to stand in for parts of a scene; `name` is for messages.
@@ -287,53 +298,107 @@ impl Source<'_> {
         self.vector(field, vector, 0.0..LIGHT_MAX)
     }
 
-    fn environment(&self, environment: &EnvironmentToml) -> Result<Environment, SceneError> {
+    fn environment(&self, environment: &EnvironmentToml) -> Result<EnvironmentEntry, SceneError> {
         let EnvironmentToml {
             radiance,
             map,
+            clear_sky,
             scale,
             rotate_deg,
         } = environment;
-        let either = "give `radiance = [R, G, B]` or `map = \"FILE.exr\"`, one of both";
-        let Some(map) = map else {
+        let one = "give `radiance = [R, G, B]`, `map = \"FILE.exr\"` or `clear_sky = { \
+                   sun_height_deg = 45.0 }`, one of them";
+        let spans = [
+            radiance.as_ref().map(Spanned::span),
+            map.as_ref().map(Spanned::span),
+            clear_sky.as_ref().map(Spanned::span),
+        ];
+        let mut given = spans.into_iter().flatten();
+        match (given.next(), given.next()) {
+            (None, _) => {
+                let problem = "`environment` has no radiance, no map and no clear sky";
+                return Err(SceneError::file(self.path, problem, one));
+            }
+            (Some(first), Some(second)) => {
+                let last = if first.start > second.start {
+                    first
+                } else {
+                    second
+                };
+                return Err(self.error(&last, "`environment` is given twice", one));
+            }
+            _ => {}
+        }
+        if let Some(radiance) = radiance {
             let of_map = [("scale", scale), ("rotate_deg", rotate_deg)];
             for (name, number) in of_map {
                 if let Some(number) = number {
                     let problem = format!("`environment.{name}` is of a map, and there is none");
-                    return Err(self.error(&number.span(), problem, either));
+                    return Err(self.error(&number.span(), problem, one));
                 }
             }
-            let Some(radiance) = radiance else {
-                return Err(SceneError::file(
-                    self.path,
-                    "`environment` has neither a radiance nor a map",
-                    either,
-                ));
-            };
             let constant = self.light_value("environment.radiance", radiance)?;
-            return Ok(Environment::Constant(constant));
-        };
-        if let Some(radiance) = radiance {
-            let problem = "`environment` has a radiance and a map";
-            return Err(self.error(&radiance.span(), problem, either));
+            return Ok(EnvironmentEntry::Constant(constant));
         }
+        let source = match (map, clear_sky) {
+            (_, Some(clear_sky)) => SkySource::Clear(self.clear_sky(clear_sky.get_ref())?),
+            (Some(map), None) => SkySource::File(self.map(map)?),
+            (None, None) => SkySource::Clear(ClearSky::default()),
+        };
+        Ok(EnvironmentEntry::Map(SkyEntry {
+            source,
+            scale: self.number_or("environment.scale", scale, (1.0, 0.0..LIGHT_MAX))?,
+            rotate_deg: self.number_or(
+                "environment.rotate_deg",
+                rotate_deg,
+                (0.0, -360.0..360.0),
+            )?,
+        }))
+    }
+
+    fn map(&self, map: &Spanned<String>) -> Result<PathBuf, SceneError> {
         let name = map.get_ref();
-        let path = paths::resolve(paths::folder_of(self.path), name).ok_or_else(|| {
+        paths::resolve(paths::folder_of(self.path), name).ok_or_else(|| {
             self.error(
                 &map.span(),
                 format!("`environment.map` names `{name}`, which is no file"),
                 "paths are relative to the scene file",
             )
-        })?;
-        let number = |field: &str, number: &Option<Number>, default, range| {
-            let field = format!("environment.{field}");
-            (number.as_ref()).map_or(Ok(default), |number| self.number(&field, number, range))
+        })
+    }
+
+    fn clear_sky(&self, sky: &ClearSkyToml) -> Result<ClearSky, SceneError> {
+        let otherwise = ClearSky::default();
+        let number = |name: &str, number: &Option<Number>, range| {
+            self.number_or(&format!("environment.clear_sky.{name}"), number, range)
         };
-        Ok(Environment::Map(SkyEntry {
-            path,
-            scale: number("scale", scale, 1.0, 0.0..LIGHT_MAX)?,
-            rotate_deg: number("rotate_deg", rotate_deg, 0.0, -360.0..360.0)?,
-        }))
+        let ground = (sky.ground.as_ref())
+            .map(|ground| self.vector("environment.clear_sky.ground", ground, 0.0..1.0))
+            .transpose()?;
+        Ok(ClearSky {
+            sun_height_deg: number(
+                "sun_height_deg",
+                &sky.sun_height_deg,
+                (otherwise.sun_height_deg, 0.0..90.0),
+            )?,
+            turbidity: number(
+                "turbidity",
+                &sky.turbidity,
+                (otherwise.turbidity, 1.0..10.0),
+            )?,
+            ground: ground.unwrap_or(otherwise.ground),
+            has_sun: sky.sun.unwrap_or(otherwise.has_sun),
+        })
+    }
+
+    /// A number of a range, or what it is otherwise.
+    fn number_or(
+        &self,
+        field: &str,
+        number: &Option<Number>,
+        (otherwise, range): (f32, Range<f32>),
+    ) -> Result<f32, SceneError> {
+        (number.as_ref()).map_or(Ok(otherwise), |number| self.number(field, number, range))
     }
 
     /// A unit vector; vectors that are of unit length already stay as they are.

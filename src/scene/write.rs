@@ -9,6 +9,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use glam::Vec3;
 use image::codecs::png::PngEncoder;
@@ -18,7 +19,10 @@ use crate::image::write_exr;
 use crate::output::{self, is_same_file};
 use crate::text::{self, number};
 
-use super::{Camera, Keyframe, Light, Material, Model, Scene, SceneError, Texture, Triangle};
+use super::{
+    Camera, ClearSky, Environment, Keyframe, Light, Material, Model, Scene, SceneError, Sky,
+    SkySource, Texture, Triangle,
+};
 
 /// The file of its environment map.
 const SKY: &str = "sky.exr";
@@ -41,7 +45,9 @@ impl Scene {
             .map(|model| (names.unique(&model.name), model))
             .collect();
         let path = folder.join(format!("{}.toml", file_name(&self.name)));
-        let sky = self.sky.as_ref().map(|sky| (folder.join(SKY), sky));
+        let is_file = |sky: &&Arc<Sky>| !matches!(sky.source(), Some(SkySource::Clear(_)));
+        let sky = self.environment.sky().filter(is_file);
+        let sky = sky.map(|sky| (folder.join(SKY), sky));
         let model_files = |(name, _): &(String, &Model)| {
             ["mtl", "obj"].map(|extension| folder.join(format!("{name}.{extension}")))
         };
@@ -192,17 +198,21 @@ impl Scene {
         for light in &self.lights {
             push_light(&mut text, light);
         }
-        if let Some(sky) = &self.sky {
-            let rotate_deg = number(sky.rotate_deg());
+        if let Some(sky) = self.environment.sky() {
+            let source = match sky.source() {
+                Some(SkySource::Clear(clear)) => clear_sky(clear),
+                _ => format!("map = \"{SKY}\""),
+            };
+            let (scale, rotate_deg) = (number(sky.scale()), number(sky.rotate_deg()));
             let _ = writeln!(
                 text,
-                "[environment]\nmap = \"{SKY}\"\nrotate_deg = {rotate_deg}"
+                "[environment]\n{source}\nscale = {scale}\nrotate_deg = {rotate_deg}"
             );
-        } else if self.environment != Vec3::ZERO {
+        } else if !self.environment.is_black() {
             let _ = writeln!(
                 text,
                 "[environment]\nradiance = {}",
-                vector(self.environment)
+                vector(self.environment.uniform())
             );
         }
         text
@@ -296,6 +306,35 @@ pub fn camera_toml(camera: &Camera) -> String {
         vector(target),
         vector(up),
         number(vfov_deg)
+    )
+}
+
+/// An environment on one line in the scene format, likewise; `None` where it is an image in memory.
+pub fn environment_toml(environment: &Environment) -> Option<String> {
+    let Some(sky) = environment.sky() else {
+        let radiance = vector(environment.uniform());
+        return Some(format!("environment = {{ radiance = {radiance} }}"));
+    };
+    let source = match sky.source()? {
+        SkySource::File(path) => {
+            let path = std::path::absolute(path).ok()?;
+            format!("map = {}", ::toml::Value::from(path.to_str()?))
+        }
+        SkySource::Clear(clear) => clear_sky(clear),
+    };
+    let (scale, rotate_deg) = (number(sky.scale()), number(sky.rotate_deg()));
+    Some(format!(
+        "environment = {{ {source}, scale = {scale}, rotate_deg = {rotate_deg} }}"
+    ))
+}
+
+fn clear_sky(sky: &ClearSky) -> String {
+    format!(
+        "clear_sky = {{ sun_height_deg = {}, turbidity = {}, ground = {}, sun = {} }}",
+        number(sky.sun_height_deg),
+        number(sky.turbidity),
+        vector(sky.ground),
+        sky.has_sun
     )
 }
 

@@ -537,7 +537,7 @@ impl App {
             scene: &session.scene.1,
             load: session.load,
             lights: &session.lights,
-            environment: session.environment,
+            environment: session.environment.clone(),
             camera: session.controls.camera,
             technique: (session.choices[0].preset, &pairs),
             view: &VIEWS[pane.view],

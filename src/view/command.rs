@@ -2,16 +2,16 @@
 
 use std::ffi::OsStr;
 
-use glam::Vec3;
-
 use super::pane::rest_frames;
 use super::picture::{Components, Look, ToneMap};
 use super::views::{Source, View};
 use super::worker::PaneJob;
 use crate::image::Aov;
 use crate::render::ShadowSettings;
-use crate::scene::{Camera, Light, LoadOptions, Scene, Up, camera_toml, lights_toml};
-use crate::text::{number, vector};
+use crate::scene::{
+    Camera, Environment, Light, LoadOptions, Scene, Up, camera_toml, environment_toml, lights_toml,
+};
+use crate::text::number;
 
 /// What a command line is made from.
 pub(super) struct Wanted<'w> {
@@ -23,8 +23,8 @@ pub(super) struct Wanted<'w> {
     pub(super) load: LoadOptions,
     /// The lights as they are now.
     pub(super) lights: &'w [Light],
-    /// The environment as it is now (W/(m² sr)).
-    pub(super) environment: Vec3,
+    /// The environment as it is now.
+    pub(super) environment: Environment,
     /// The camera as it is now.
     pub(super) camera: Camera,
     /// The technique and what is shown.
@@ -62,10 +62,9 @@ impl Wanted<'_> {
             add("--with", lights_toml(self.lights));
         }
         if self.environment != self.scene.environment {
-            let radiance = vector(self.environment.to_array());
             add(
                 "--with",
-                format!("environment = {{ radiance = {radiance} }}"),
+                environment_toml(&self.environment).ok_or("the sky is in no file")?,
             );
         }
         add("--technique", self.pane.entry.name.to_owned());

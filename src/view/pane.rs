@@ -11,7 +11,7 @@ use crate::gi::entry::{Entry, Suited};
 use crate::graph::{Error, FrameStats, Gpu};
 use crate::image::Aov;
 use crate::render::{GpuScene, RSM, SHADOW_MAPS, ShadowSettings};
-use crate::scene::{Camera, Light};
+use crate::scene::{Camera, Environment, Light};
 
 /// How long a picture may take while something moves (ms).
 const QUICK_MS: f64 = 60.0;
@@ -46,7 +46,7 @@ pub(super) struct Pane<'g> {
 struct MadeFor {
     scene: u64,
     lights: Vec<Light>,
-    environment: glam::Vec3,
+    environment: Environment,
     technique: &'static str,
     settings: Settings,
     shadows: ShadowSettings,
@@ -57,7 +57,7 @@ impl MadeFor {
         MadeFor {
             scene: job.scene.0,
             lights: job.lights.to_vec(),
-            environment: job.environment,
+            environment: job.environment.clone(),
             technique: pane.entry.name,
             settings: pane.settings.clone(),
             shadows: job.shadows,
@@ -104,13 +104,13 @@ impl<'g> Pane<'g> {
             }) => {
                 let mut uploaded = renderer.into_scene();
                 if !made_for.has_light_of(job) {
-                    uploaded.set_lights(gpu, &job.lights, job.environment)?;
+                    uploaded.set_lights(gpu, &job.lights, &job.environment)?;
                 }
                 uploaded
             }
             None => {
                 let mut uploaded = GpuScene::new(gpu, &job.scene.1)?;
-                uploaded.set_lights(gpu, &job.lights, job.environment)?;
+                uploaded.set_lights(gpu, &job.lights, &job.environment)?;
                 uploaded
             }
         };

@@ -21,7 +21,7 @@ use crate::gi::{SettingError, Settings};
 use crate::image::Aov;
 use crate::reference::Bounces;
 use crate::render::ShadowSettings;
-use crate::scene::{Light, LoadOptions, Scene};
+use crate::scene::{Environment, Light, LoadOptions, Scene};
 
 /// How long after the last change the picture counts as at rest.
 const REST: Duration = Duration::from_millis(150);
@@ -150,7 +150,7 @@ pub(super) struct Session {
     /// Number and scene, as loaded.
     pub(super) scene: (u64, Arc<Scene>),
     pub(super) lights: Vec<Light>,
-    pub(super) environment: Vec3,
+    pub(super) environment: Environment,
     pub(super) controls: Controls,
     pub(super) choices: [Choice; 2],
     pub(super) compare: Compare,
@@ -207,7 +207,7 @@ impl Session {
             source,
             load: LoadOptions::default(),
             lights: scene.lights.clone(),
-            environment: scene.environment,
+            environment: scene.environment.clone(),
             controls: Controls::new(scene.camera, bounds),
             scene: (0, Arc::new(scene)),
             choices: [choice.clone(), choice],
@@ -245,7 +245,7 @@ impl Session {
     pub(super) fn open(&mut self, source: OsString, scene: Scene) {
         let bounds = scene.bounds().unwrap_or((Vec3::ZERO, Vec3::ONE));
         let mode = self.controls.mode;
-        (self.lights, self.environment) = (scene.lights.clone(), scene.environment);
+        (self.lights, self.environment) = (scene.lights.clone(), scene.environment.clone());
         self.controls = Controls::new(scene.camera, bounds);
         self.controls.mode = mode;
         self.scene = (self.scene.0 + 1, Arc::new(scene));
@@ -302,7 +302,7 @@ impl Session {
             id: self.asked.as_ref().map_or(1, |job| job.id),
             scene: (self.scene.0, Arc::clone(&self.scene.1)),
             lights: Arc::from(self.lights.as_slice()),
-            environment: self.environment,
+            environment: self.environment.clone(),
             camera: self.controls.camera,
             panes: (0..self.pane_count())
                 .map(|index| self.pane_job(index))
@@ -359,7 +359,7 @@ impl Session {
             id: job.id,
             scene,
             lights,
-            environment: job.environment,
+            environment: job.environment.clone(),
             camera: job.camera,
             size: job.size,
             bounces,

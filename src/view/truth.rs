@@ -8,7 +8,7 @@ use glam::Vec3;
 
 use crate::image::{Image, luminance};
 use crate::reference::{self, Bounces, Filter, Sampling};
-use crate::scene::{Camera, Light, Scene};
+use crate::scene::{Camera, Environment, Light, Scene};
 
 /// What the reference is to be of.
 #[derive(Clone)]
@@ -19,8 +19,8 @@ pub(super) struct TruthJob {
     pub(super) scene: Arc<Scene>,
     /// The lights in place of the scene's.
     pub(super) lights: Arc<[Light]>,
-    /// The environment in place of the scene's (W/(m² sr)).
-    pub(super) environment: Vec3,
+    /// The environment in place of the scene's.
+    pub(super) environment: Environment,
     /// The camera that the reference looks from.
     pub(super) camera: Camera,
     /// Width and height (px).
@@ -182,7 +182,7 @@ impl Sum {
             .filter(same)
             .map_or_else(|| (*job.scene).clone(), |old| old.scene);
         (scene.lights, scene.environment, scene.camera) =
-            (job.lights.to_vec(), job.environment, job.camera);
+            (job.lights.to_vec(), job.environment.clone(), job.camera);
         let pixels = (job.size[0] * job.size[1]) as usize;
         Sum {
             job,

@@ -8,8 +8,6 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use glam::Vec3;
-
 use super::beam::{BeamAnswer, BeamJob};
 use super::pane::Pane;
 use super::picture::Components;
@@ -19,7 +17,7 @@ use crate::gi::entry::Entry;
 use crate::graph::{FrameStats, Gpu, GpuOptions, Messages};
 use crate::image::Image;
 use crate::render::ShadowSettings;
-use crate::scene::{Camera, Light, Scene};
+use crate::scene::{Camera, Environment, Light, Scene};
 use crate::text::counted;
 
 /// What one side of the window is to show.
@@ -46,8 +44,8 @@ pub(super) struct Job {
     pub(super) scene: (u64, Arc<Scene>),
     /// The lights in place of the scene's.
     pub(super) lights: Arc<[Light]>,
-    /// The environment in place of the scene's (W/(m² sr)).
-    pub(super) environment: Vec3,
+    /// The environment in place of the scene's.
+    pub(super) environment: Environment,
     /// The camera that the picture is taken with.
     pub(super) camera: Camera,
     /// One or two sides.

@@ -157,7 +157,7 @@ fn assert_close(found: f32, expected: f32, tolerance: f32) {
 fn plane_under_a_uniform_sky_receives_pi_times_its_radiance() {
     let mut scene = scene(Vec3::new(0.0, 3.0, 2.0), Vec3::ZERO, 40.0);
     add(&mut scene, lambert(0.7), floor(100.0, 0.0));
-    scene.environment = Vec3::new(0.5, 1.0, 2.0);
+    scene.environment = Vec3::new(0.5, 1.0, 2.0).into();
     for filter in [Filter::Center, Filter::Box] {
         let image = trace(
             &scene,
@@ -168,11 +168,12 @@ fn plane_under_a_uniform_sky_receives_pi_times_its_radiance() {
         );
         for (index, &radiance) in image.radiance().pixels.iter().enumerate() {
             assert!(
-                radiance.abs_diff_eq(scene.environment * 0.7, 1e-4),
+                radiance.abs_diff_eq(scene.environment.uniform() * 0.7, 1e-4),
                 "{radiance} at {index}"
             );
             assert!(
-                image.light.irradiance.pixels[index].abs_diff_eq(scene.environment * PI, 1e-3),
+                image.light.irradiance.pixels[index]
+                    .abs_diff_eq(scene.environment.uniform() * PI, 1e-3),
                 "{} at {index}",
                 image.light.irradiance.pixels[index]
             );
@@ -440,7 +441,7 @@ fn smooth_metal_mirrors_and_keeps_energy() {
     );
     let image = trace(&scene, &settings(8, 8, Bounces::Full, 64));
     assert_close(mean(&image.light.specular).y, 3.0, 0.01);
-    scene.environment = Vec3::ONE;
+    scene.environment = Vec3::ONE.into();
     scene.materials[1].mask_texture = Some(0);
     scene.textures.push(
         Texture {
@@ -681,14 +682,14 @@ fn adaptive_sampling_reaches_the_error_asked_for() {
 #[test]
 fn empty_scene_shows_its_environment() {
     let mut scene = scene(Vec3::ZERO, Vec3::X, 60.0);
-    scene.environment = Vec3::new(1.0, 2.0, 3.0);
+    scene.environment = Vec3::new(1.0, 2.0, 3.0).into();
     let image = trace(&scene, &settings(4, 3, Bounces::Full, 1));
     assert!(
         image
             .radiance()
             .pixels
             .iter()
-            .all(|&pixel| pixel == scene.environment)
+            .all(|&pixel| pixel == scene.environment.uniform())
     );
     assert!((0..12).all(|pixel| !image.guide.is_surface(pixel)));
 }

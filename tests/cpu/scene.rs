@@ -212,7 +212,7 @@ fn scenes_with_endless_names_survive_writing_and_loading() {
 #[test]
 fn every_kind_of_light_survives_writing_and_loading() {
     let mut scene = Scene::bundled("furnace", &[]).unwrap();
-    scene.environment = Vec3::new(0.1, 1.0 / 3.0, 1e-7);
+    scene.environment = Vec3::new(0.1, 1.0 / 3.0, 1e-7).into();
     let direction = Vec3::new(0.3, -0.7, 0.1).normalize();
     scene.lights = vec![
         Light::Directional {

@@ -6,7 +6,7 @@ use std::path::Path;
 use glam::{DVec3, Vec3};
 use lumivox::image::{Image, write_exr};
 use lumivox::reference::{Bounces, Sampling, Settings, render};
-use lumivox::scene::{LoadOptions, Material, Scene, Sky};
+use lumivox::scene::{ClearSky, LoadOptions, Material, Scene, Sky};
 
 use super::reference::{add, lambert, quad, scene};
 use crate::support::Random;
@@ -153,7 +153,7 @@ fn plane(sky: Sky) -> Scene {
     let mut scene = scene(Vec3::new(0.0, 3.0, 0.1), Vec3::ZERO, 30.0);
     let floor = quad(Vec3::new(-5.0, 0.0, 5.0), Vec3::X * 10.0, Vec3::Z * -10.0);
     add(&mut scene, lambert(0.5), floor);
-    scene.sky = Some(std::sync::Arc::new(sky));
+    scene.environment = sky.into();
     scene
 }
 
@@ -283,7 +283,7 @@ fn a_turned_map_is_a_turned_scene() {
         scene
     };
     let light = |mut scene: Scene, rotate_deg: f32| {
-        scene.sky = Some(Sky::new(image.clone(), rotate_deg).unwrap().into());
+        scene.environment = Sky::new(image.clone(), rotate_deg).unwrap().into();
         let how = Settings {
             width: 16,
             height: 12,
@@ -327,23 +327,25 @@ fn maps_are_read_of_files_and_written_back() {
         "map = \"sky.exr\"\nscale = 2.0\nrotate_deg = -90.0",
     )
     .unwrap();
-    let sky = scene.sky.clone().unwrap();
-    assert_eq!(sky.rotate_deg(), 270.0);
+    let sky = scene.environment.sky().cloned().unwrap();
+    assert_eq!((sky.rotate_deg(), sky.scale()), (270.0, 2.0));
     let pairs = sky.image().pixels.iter().zip(&image.pixels);
-    assert!(pairs.clone().all(|(found, given)| *found == 2.0 * *given));
+    assert!(pairs.clone().all(|(found, given)| found == given));
+    let twice = Sky::new(image.clone(), 270.0).unwrap();
+    assert_eq!(sky.radiance(Vec3::X), 2.0 * twice.radiance(Vec3::X));
     assert!(scene.is_lit() && scene.files.iter().any(|file| file.ends_with("sky.exr")));
     let again = folder.path().join("again");
     let again = Scene::load(&scene.write(&again).unwrap(), &LoadOptions::default()).unwrap();
-    assert_eq!(again.sky, scene.sky);
+    assert_eq!(again.environment, scene.environment);
     assert_eq!(again.content_hash(), scene.content_hash());
     let mut other = scene.clone();
-    other.sky = Some(Sky::new(sky.image().clone(), 80.0).unwrap().into());
+    other.environment = sky.with(2.0, 80.0).into();
     assert_ne!(other.content_hash(), scene.content_hash());
     // A constant takes its place, and the other way round.
     other
         .overlay("sky", "environment = { radiance = [1.0, 1.0, 1.0] }")
         .unwrap();
-    assert!(other.sky.is_none() && other.environment == Vec3::ONE);
+    assert_eq!(other.environment, Vec3::ONE.into());
     // Radiance with a common exponent.
     let texels: Vec<image::Rgb<f32>> = vec![image::Rgb([0.5, 4.0, 1.0]); 8];
     let file = std::fs::File::create(folder.path().join("sky.hdr")).unwrap();
@@ -351,7 +353,7 @@ fn maps_are_read_of_files_and_written_back() {
         .encode(&texels, 4, 2)
         .unwrap();
     let scene = load(folder.path(), "map = \"sky.hdr\"").unwrap();
-    let found = scene.environment_from(Vec3::Y);
+    let found = scene.environment.radiance(Vec3::Y);
     assert!(
         (found - Vec3::new(0.5, 4.0, 1.0))
             .as_dvec3()
@@ -374,6 +376,7 @@ fn what_is_wrong_with_a_map_is_told_in_words() {
         _ => Vec3::ONE,
     });
     written("thin.exr", 4, 1, |_| Vec3::ONE);
+    written("bright.exr", 4, 2, |_| Vec3::splat(1e30));
     std::fs::write(folder.path().join("sky.png"), "no map").unwrap();
     std::fs::write(folder.path().join("broken.hdr"), "no map").unwrap();
     for (environment, words) in [
@@ -397,16 +400,33 @@ fn what_is_wrong_with_a_map_is_told_in_words() {
         ),
         (
             "radiance = [1.0, 1.0, 1.0]\nmap = \"bad.exr\"",
-            "`environment` has a radiance and a map",
+            "scene.toml:6: `environment` is given twice",
         ),
         (
             "radiance = [1.0, 1.0, 1.0]\nscale = 2.0",
             "`environment.scale` is of a map, and there is none",
         ),
-        ("", "`environment` has neither a radiance nor a map"),
+        ("", "`environment` has no radiance, no map and no clear sky"),
         (
             "map = \"bad.exr\"\nrotate_deg = 400.0",
             "`environment.rotate_deg` is 400",
+        ),
+        (
+            "clear_sky = { turbidity = 0.5 }",
+            "scene.toml:5: `environment.clear_sky.turbidity` is 0.5",
+        ),
+        (
+            "clear_sky = { sun_height_deg = 95.0 }",
+            "`environment.clear_sky.sun_height_deg` is 95",
+        ),
+        (
+            "clear_sky = { ground = [0.1, 1.5, 0.1] }",
+            "environment.clear_sky.ground",
+        ),
+        ("clear_sky = { clouds = 3 }", "unknown field `clouds`"),
+        (
+            "map = \"bright.exr\"\nscale = 1e12",
+            "`scale = 1000000000000` makes texels too bright",
         ),
         (
             "map = \"bad.exr\"\nscale = -1.0",
@@ -437,14 +457,79 @@ fn a_mirror_shows_the_sky() {
     let mut scene = scene(Vec3::new(0.0, 2.0, 2.0), Vec3::ZERO, 10.0);
     let floor = quad(Vec3::new(-5.0, 0.0, 5.0), Vec3::X * 10.0, Vec3::Z * -10.0);
     add(&mut scene, metal, floor);
-    scene.sky = Some(Sky::new(gradient, 0.0).unwrap().into());
+    scene.environment = Sky::new(gradient, 0.0).unwrap().into();
     let rendered = render(&scene, &settings(1024), &|_| ()).unwrap();
     let found = mean(&rendered.light.specular);
     let mirrored = Vec3::new(0.0, 1.0, -1.0).normalize();
-    let expected = f64::from(scene.environment_from(mirrored).y);
+    let expected = f64::from(scene.environment.radiance(mirrored).y);
     println!("{found} for {expected}");
     assert!(
         (found / expected - 1.0).abs() < 0.01,
         "{found} for {expected}"
     );
+}
+
+/// Where the sun is, its light by haze and height, the ground's, and the round trip of the text.
+#[test]
+fn a_clear_sky_has_its_sun_and_its_ground() {
+    let luminance = lumivox::image::luminance;
+    let mut last = f32::INFINITY;
+    for (sun_height_deg, turbidity) in [(80.0, 2.0), (35.0, 3.0), (10.0, 3.0), (8.0, 4.0)] {
+        let clear = ClearSky {
+            sun_height_deg,
+            turbidity,
+            ..ClearSky::default()
+        };
+        let (with, without) = (
+            Sky::clear(clear).unwrap(),
+            Sky::clear(ClearSky {
+                has_sun: false,
+                ..clear
+            })
+            .unwrap(),
+        );
+        let sun = clear.sun_irradiance();
+        // On a facing surface, over the texels around the sun; what the sky adds there is little.
+        let image = with.image();
+        let (mut facing, mut on_ground) = (DVec3::ZERO, DVec3::ZERO);
+        for (index, texel) in image.pixels.iter().enumerate() {
+            let (x, y) = (index as u32 % image.width, index as u32 / image.width);
+            let edge = |y: u32| (PI * f64::from(y) / f64::from(image.height)).cos();
+            let solid_angle = (edge(y) - edge(y + 1)) * TAU / f64::from(image.width);
+            let direction = direction_of(x.into(), y.into(), image.width, image.height);
+            let cosine = direction.dot(clear.to_sun().as_dvec3());
+            if cosine > 1f64.to_radians().cos() {
+                facing += solid_angle * cosine * texel.as_dvec3();
+            }
+            on_ground += solid_angle * direction.y.max(0.0) * texel.as_dvec3();
+        }
+        let off = (facing / sun.as_dvec3() - 1.0).abs().largest();
+        let below = with.radiance(-Vec3::Y).as_dvec3() * PI / on_ground;
+        println!("{sun_height_deg}°, {turbidity}: {sun}, off by {off:.4}, ground {below}");
+        assert!(off < 0.1, "{off}");
+        assert!((below - 0.2).abs().largest() < 2e-3, "{below}");
+        // Lower and redder through more air.
+        assert!(luminance(sun) < last && sun.x > sun.z, "{sun}");
+        last = luminance(sun);
+        // Blue overhead, brightest about the sun; no brighter than the sun without its disc.
+        let zenith = without.radiance(Vec3::Y);
+        assert!(
+            zenith.z > zenith.x && zenith.min_element() > 0.0,
+            "{zenith}"
+        );
+        let to_sun = clear.to_sun();
+        let beside = without.radiance(to_sun);
+        assert!(luminance(beside) > luminance(zenith) || sun_height_deg > 70.0);
+        assert!(luminance(with.radiance(to_sun)) > 1e3 * luminance(beside));
+        let folder = tempfile::tempdir().unwrap();
+        let wanted = with.with(0.5, 30.0).into();
+        let text = lumivox::scene::environment_toml(&wanted).unwrap();
+        let mut scene = load(folder.path(), "radiance = [1.0, 1.0, 1.0]").unwrap();
+        scene.overlay("text", &text).unwrap();
+        assert_eq!(scene.environment, wanted);
+        let again = folder.path().join("again");
+        let again = Scene::load(&scene.write(&again).unwrap(), &LoadOptions::default()).unwrap();
+        assert_eq!(again.environment, scene.environment);
+        assert!(!folder.path().join("again/sky.exr").exists());
+    }
 }

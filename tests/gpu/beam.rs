@@ -141,7 +141,7 @@ fn samples_are_the_oracles() {
         matter(&gpu, &occupied(&finest), resolution),
     );
     let mut scene = bundled("cornell");
-    scene.environment = Vec3::new(0.5, 0.25, 0.125);
+    scene.environment = Vec3::new(0.5, 0.25, 0.125).into();
     let gpu_scene = GpuScene::new(&gpu, &scene).unwrap();
     let grid = VoxelGrid::around(gpu_scene.bounds, resolution);
     let _view = View::new(&gpu, &gpu_scene, &scene.camera, SIZE, &grid);
@@ -206,7 +206,7 @@ fn samples_are_the_oracles() {
                     4.0 * f64::from(resolution)
                 },
                 ao_falloff: 0.0,
-                environment: scene.environment.as_dvec3(),
+                environment: scene.environment.uniform().as_dvec3(),
             };
             let (normal, direction) = (normal.as_dvec3(), beam.direction.as_dvec3());
             let origin = (place - grid.origin).as_dvec3() / voxel + number("start_offset") * normal;
@@ -230,7 +230,7 @@ fn samples_are_the_oracles() {
                 .largest()
                 / expected.radiance.largest();
             let (radiance, covered) = sum(&beam);
-            let own: DVec3 = (radiance + (1.0 - covered) * scene.environment).as_dvec3();
+            let own: DVec3 = (radiance + (1.0 - covered) * scene.environment.uniform()).as_dvec3();
             println!(
                 "{axis:?}, {aperture_deg}°: {} samples, {difference:.1e} off",
                 beam.samples.len()

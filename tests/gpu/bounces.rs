@@ -49,7 +49,7 @@ struct Lit {
 impl Lit {
     fn new(gpu: &Gpu, name: &str, environment: Vec3, resolution: u32, sides: Sides) -> Lit {
         let mut scene = bundled(name);
-        scene.environment = environment;
+        scene.environment = environment.into();
         let gpu_scene = GpuScene::new(gpu, &scene).unwrap();
         gpu_scene
             .set_frame(gpu, &gpu_scene.frame_constants(&scene.camera, [8, 8]))
@@ -212,7 +212,7 @@ fn light_gathered_by_rays_is_the_oracles() {
                 rays,
                 start,
                 &trace,
-                lit.scene.environment.as_dvec3(),
+                lit.scene.environment.uniform().as_dvec3(),
             )
         };
         let expected: Vec<DVec3> = chosen.par_iter().map(gather).collect();
@@ -310,7 +310,7 @@ fn light_gathered_by_cones_is_the_oracles() {
             height_clamp: number("height_clamp"),
             max_distance: 128.0,
             ao_falloff: 0.0,
-            environment: lit.scene.environment.as_dvec3(),
+            environment: lit.scene.environment.uniform().as_dvec3(),
         };
         let placement = Placement {
             start_offset: number("start_offset"),

@@ -116,7 +116,7 @@ fn mips_of_faces_are_the_oracles() {
 fn cones_through_faces_are_the_oracles() {
     let gpu = gpu();
     let mut scene = bundled("cornell");
-    scene.environment = Vec3::new(0.7, 0.5, 0.3);
+    scene.environment = Vec3::new(0.7, 0.5, 0.3).into();
     let gpu_scene = GpuScene::new(&gpu, &scene).unwrap();
     let grid = VoxelGrid::around(gpu_scene.bounds, 32);
     let view = View::new(&gpu, &gpu_scene, &scene.camera, [32, 24], &grid);

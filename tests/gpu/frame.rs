@@ -64,9 +64,9 @@ fn lights_are_replaced_on_the_device() {
     let mut uploaded = GpuScene::new(&gpu, &scene).unwrap();
     for lights in [vec![second, third, first], Vec::new(), vec![third]] {
         scene.lights = lights;
-        scene.environment += 0.25;
+        scene.environment = (scene.environment.uniform() + 0.25).into();
         uploaded
-            .set_lights(&gpu, &scene.lights, scene.environment)
+            .set_lights(&gpu, &scene.lights, &scene.environment)
             .unwrap();
         let (mut kept, _) =
             Renderer::of(&gpu, uploaded, case.entry, &settings, frame(40, 30, 64)).unwrap();
@@ -122,8 +122,8 @@ fn overlays_read_back_to_the_bit() {
             .overlay("--with", "environment = { radiance = [1.0, 2.0, 3.0] }")
             .unwrap();
         assert_eq!(
-            (scene.camera, scene.environment),
-            (camera, Vec3::new(1.0, 2.0, 3.0))
+            (scene.camera, scene.environment.clone()),
+            (camera, Vec3::new(1.0, 2.0, 3.0).into())
         );
         scene.overlay("--with", &lights_toml(&[])).unwrap();
         assert!(scene.lights.is_empty());

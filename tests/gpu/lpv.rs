@@ -215,7 +215,7 @@ fn check_closed_box(settings: CellSettings) {
         .flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]].map(|t| t.map(|i| corner(*i))))
         .collect();
     let mut scene = scene_of(&triangles, 0.0, &mut random);
-    scene.environment = Vec3::ONE;
+    scene.environment = Vec3::ONE.into();
     scene.lights = vec![Light::Point {
         position: Vec3::new(1.3, 1.4, -0.2),
         intensity: Vec3::splat(40.0),

@@ -47,7 +47,7 @@ fn expected(lit: &Lit, sides: &[DVec4]) -> Energy {
             },
         },
     );
-    let environment = lit.scene.environment.as_dvec3();
+    let environment = lit.scene.environment.radiance.as_dvec3();
     let watts = |sum: DVec4| sum.truncate() + sum.w * environment;
     let ledger = swept.ledger;
     Energy {
@@ -82,7 +82,7 @@ fn accounts_of_the_sweep_are_the_oracles() {
     let gpu = &gpu();
     let mut scene = bundled("cornell");
     for environment in [Vec3::ZERO, Vec3::new(0.1, 0.3, 0.2)] {
-        scene.environment = environment;
+        scene.environment = environment.into();
         for (source, bounces) in [(Source::Rsm, 1), (Source::Faces, 1), (Source::Rsm, 3)] {
             for (cells, directions) in [(13, 33), (20, 60)] {
                 let settings = CellSettings {
@@ -115,7 +115,7 @@ fn accounts_among_random_faces_are_the_oracles() {
     let mut random = Random::new(2033);
     for size in [[17, 12, 15], [3, 19, 7], [40, 3, 3], [2, 2, 2], [5, 9, 33]] {
         let mut scene = scene_of(&soup(&mut random, 16), 0.0, &mut random);
-        scene.environment = Vec3::new(0.2, 0.1, 0.3);
+        scene.environment = Vec3::new(0.2, 0.1, 0.3).into();
         scene.lights = vec![Light::Point {
             position: Vec3::new(0.2, 8.3, 1.1),
             intensity: Vec3::new(30.0, 20.0, 10.0),
@@ -166,7 +166,7 @@ fn lobes_lose_nothing_with_gain_1() {
     let gpu = &gpu();
     let mut scene = bundled("cornell");
     for environment in [Vec3::ZERO, Vec3::new(0.4, 0.2, 0.3)] {
-        scene.environment = environment;
+        scene.environment = environment.into();
         for (name, scheme) in [
             ("lobes30", Scheme::Lobes30),
             ("axis6", Scheme::Axis6),

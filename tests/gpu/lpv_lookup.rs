@@ -36,7 +36,7 @@ enum GridOf {
 
 fn glossy(scene: &Scene, roughness: f32) -> Scene {
     let mut scene = scene.clone();
-    scene.environment = ENVIRONMENT;
+    scene.environment = ENVIRONMENT.into();
     for material in &mut scene.materials {
         material.specular = Some(Specular {
             f0: Vec3::splat(0.5),

@@ -38,7 +38,7 @@ fn check_close(what: &str, found: DVec3, expected: DVec3) {
 
 fn check(gpu: &Gpu, name: &str, lit: &Lit, random: &mut Random) -> usize {
     let grid = lit.cells.grid;
-    let environment = lit.scene.environment.as_dvec3();
+    let environment = lit.scene.environment.radiance.as_dvec3();
     let mut lit_cells = 0;
     for _ in 0..40 {
         let mut place = || {
@@ -131,7 +131,7 @@ fn figures_of_cells_are_what_is_read_back() {
     let gpu = &gpu();
     let mut random = Random::new(2031);
     let mut scene = bundled("cornell");
-    scene.environment = Vec3::new(0.1, 0.2, 0.3);
+    scene.environment = Vec3::new(0.1, 0.2, 0.3).into();
     let leaves = CellSettings {
         octree: Some(Octree::Leaves(LeafSettings {
             guard: 1,

@@ -113,7 +113,7 @@ fn faces_and_lobes_are_those_of_a_plain_march() {
     lit.scene.set_frame(gpu, &constants).unwrap();
     let grid = lit.cells.grid;
     let origin = (scene.camera.eye - grid.corner()).as_dvec3() / f64::from(grid.cell_size);
-    let environment = scene.environment.as_dvec3();
+    let environment = scene.environment.uniform().as_dvec3();
     for has_lobes in [false, true] {
         let image = screen_image(gpu, "test.seen", SIZE).unwrap();
         let mut frame = Frame::new();

@@ -68,6 +68,7 @@ mod rules;
 mod screen;
 mod screen_gather;
 mod screen_mirrored;
+mod sky;
 mod soft_shadows;
 #[cfg(feature = "measure")]
 mod stress;

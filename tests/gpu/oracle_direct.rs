@@ -962,7 +962,7 @@ fn the_composite_is_the_sum_and_outputs_are_its_terms() {
             45.0,
         );
         let scene = Scene {
-            environment: Vec3::new(0.25, 0.5, 0.75),
+            environment: Vec3::new(0.25, 0.5, 0.75).into(),
             ..scene
         };
         let gpu_scene = GpuScene::new(&gpu, &scene).unwrap();
@@ -1026,7 +1026,7 @@ fn the_composite_is_the_sum_and_outputs_are_its_terms() {
             if is_surface(pixel) {
                 xyz(&pixels[pixel], 14)
             } else {
-                scene.environment.as_dvec3()
+                scene.environment.uniform().as_dvec3()
             }
         };
         let expected = |aov: Aov, pixel: usize| match aov {

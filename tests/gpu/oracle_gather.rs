@@ -98,7 +98,7 @@ fn settings(pairs: &[String]) -> Settings {
 /// The scene seen from its camera, with a grid around it.
 fn cornell(gpu: &Gpu, environment: Vec3, resolution: u32) -> (Scene, GpuScene, VoxelGrid, View) {
     let mut scene = bundled("cornell");
-    scene.environment = environment;
+    scene.environment = environment.into();
     let gpu_scene = GpuScene::new(gpu, &scene).unwrap();
     let grid = VoxelGrid::around(gpu_scene.bounds, resolution);
     let view = View::new(gpu, &gpu_scene, &scene.camera, SIZE, &grid);

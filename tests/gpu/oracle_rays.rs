@@ -56,7 +56,7 @@ impl RayScene {
         resolution: u32,
         sides: Sides,
     ) -> RayScene {
-        scene.environment = environment;
+        scene.environment = environment.into();
         let gpu_scene = GpuScene::new(gpu, &scene).unwrap();
         let read = voxelize(gpu, &gpu_scene, voxel_settings(resolution, Method::Compute));
         let light = VoxelLight::new(
@@ -342,7 +342,7 @@ fn gathered_rays(gpu: &Gpu, scene: Scene, sides: Sides) {
                 trace: trace_settings(&settings, seed_of([pixel[0], pixel[1], 0], 0)),
                 ao_falloff: f64::from(settings.number("ao_falloff")) * voxel_size,
                 pattern: interleaved_offset(*pixel, pattern, 0),
-                environment: rays.scene.environment.as_dvec3(),
+                environment: rays.scene.environment.uniform().as_dvec3(),
             };
             if !meets_triangles {
                 return Some(oracle_rays(&grid, receiver, &gather_settings));

@@ -437,7 +437,12 @@ fn compare_case(gpu: &Gpu, case: &Case, cones: &[String], eye: Vec3, plants: boo
     );
     let pixels = pixels(gpu, &view, (eye - grid.origin).as_dvec3() / voxel_size);
     let seen = render(gpu, &walker.gpu_scene, &view, volume, &settings);
-    let march = march_settings(&settings, voxel_size, grid.resolution, scene.environment);
+    let march = march_settings(
+        &settings,
+        voxel_size,
+        grid.resolution,
+        scene.environment.uniform(),
+    );
     let start_offset = f64::from(settings.number("start_offset"));
     let check = |what: &str,
                  seen: &[DVec4],

@@ -697,7 +697,7 @@ fn emission_and_sky_are_indirect_light() {
         intensity: Vec3::ONE,
     };
     let mut scene = Scene {
-        environment: Vec3::splat(0.3),
+        environment: Vec3::splat(0.3).into(),
         ..open_cornell()
     };
     scene.lights = vec![light];

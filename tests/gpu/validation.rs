@@ -49,7 +49,7 @@ fn every_number_of_lights_is_silent() {
     for case in cases() {
         for lights in [vec![], vec![point, spot, directional], vec![point, point]] {
             let mut scene = small_room(Surfaces::Glossy, lights);
-            scene.environment = glam::Vec3::splat(0.5);
+            scene.environment = glam::Vec3::splat(0.5).into();
             let shot = shoot(&gpu, &scene, &case, SMALL, frame(17, 9, 64)).unwrap();
             assert!(is_sound(&shot.full), "{}", case.name());
         }

@@ -52,6 +52,19 @@ fn empty_scene(gpu: &Gpu) -> Arc<SceneSet> {
         })
         .unwrap();
     let storage = |name| words(gpu, name, &[0; 16]);
+    let sky = gpu
+        .create_image(&ImageDesc {
+            name: "sky".into(),
+            extent: [1; 3],
+            kind: ImageKind::D2,
+            format: vk::Format::R16G16B16A16_SFLOAT,
+            mips: 1,
+            layers: 1,
+            usage: ImageUsage::SAMPLED,
+            owner: Owner::Shared,
+        })
+        .unwrap();
+    gpu.make_ready(&[&sky]).unwrap();
     let bindings = SceneBindings {
         frame_uniform,
         positions: storage("positions"),
@@ -61,6 +74,7 @@ fn empty_scene(gpu: &Gpu) -> Arc<SceneSet> {
         triangle_materials: storage("triangle_materials"),
         materials: storage("materials"),
         lights: storage("lights"),
+        sky,
     };
     gpu.create_scene_set(&bindings).unwrap()
 }

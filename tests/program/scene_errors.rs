@@ -647,7 +647,7 @@ fn a_folder_that_cannot_be_written() {
 fn damaged_files_never_panic() {
     let folder = tempfile::tempdir().unwrap();
     let mut scene = Scene::bundled("furnace", &[]).unwrap();
-    scene.environment = glam::Vec3::ONE;
+    scene.environment = glam::Vec3::ONE.into();
     let toml = scene.write(folder.path()).unwrap();
     for name in ["furnace.toml", "furnace.obj", "furnace.mtl"] {
         let path = folder.path().join(name);

@@ -350,7 +350,7 @@ pub fn by_oracle_with(
             4.0 * f64::from(grid.resolution)
         },
         ao_falloff: number(falloff) * voxel_size,
-        environment: scene.environment.as_dvec3(),
+        environment: scene.environment.uniform().as_dvec3(),
     };
     let pattern = Pattern::new(settings);
     let of = |(pixel, receiver): &([u32; 2], _)| {

@@ -384,7 +384,7 @@ impl Builder {
         Scene {
             name: name.into(),
             lights,
-            environment,
+            environment: environment.into(),
             camera,
             ..self.scene
         }

@@ -44,6 +44,6 @@ Pair radiance_at(Corners corners, int block) {
 }
 
 // W/(m² sr); environment included
-vec3 whole(vec4 stored) { return params.scale * stored.rgb + stored.a * frame.environment.rgb; }
+vec3 whole(vec4 stored) { return params.scale * stored.rgb + stored.a * uniform_environment(); }
 
 #endif

@@ -21,7 +21,7 @@ void main() {
         vec4 coefficients[COEFFICIENTS];
         look_up(surface, coefficients);
         vec4 sum = irradiance(coefficients, surface.shading_normal);
-        result = vec4(sum.rgb + sum.a * frame.environment.rgb, min(sum.a / PI, 1.0));
+        result = vec4(sum.rgb + sum.a * uniform_environment(), min(sum.a / PI, 1.0));
     }
     imageStore(indirect_diffuse, texel, result);
 }

@@ -4,9 +4,11 @@
 // E = Σ w max(0, −ω·n) L: what a batch of directions brings.
 layout(local_size_x = 8, local_size_y = 8) in;
 
+#include "gi/lpv/directions.glsl"
+
 layout(std430, set = 1, binding = 0) restrict readonly buffer Directions {
     uvec4 octants[8];      // x: its first pair of directions; y: how many pairs it has
-    vec4 directions[];     // xyz: unit vector of travel; w: weight [sr]
+    Direction directions[];
 };
 layout(set = 1, binding = 1, rgba32ui) uniform restrict readonly uimage3D radiance;
 layout(set = 1, binding = 2) uniform texture2D view_depth;
@@ -28,13 +30,15 @@ void main() {
             for (uint k = 0u; k < params.pair_count; ++k) {
                 if (params.first_pair + k >= octant.y) break;
                 uint at = 2u * (octant.x + params.first_pair + k);
-                vec2 shares = vec2(
-                    directions[at].w * max(-dot(directions[at].xyz, surface.shading_normal), 0.0),
-                    directions[at + 1u].w
-                        * max(-dot(directions[at + 1u].xyz, surface.shading_normal), 0.0));
+                Direction both[2] = Direction[2](directions[at], directions[at + 1u]);
+                vec4 first = both[0].travel, second = both[1].travel;
+                vec2 shares =
+                    vec2(first.w * max(-dot(first.xyz, surface.shading_normal), 0.0),
+                        second.w * max(-dot(second.xyz, surface.shading_normal), 0.0));
                 if (shares.x + shares.y <= 0.0) continue;
                 Pair found = radiance_at(corners, int(slab * params.pair_count + k));
-                vec4 sum = shares.x * found.radiance[0] + shares.y * found.radiance[1];
+                vec4 sum = shares.x * with_sky(both[0], found.radiance[0])
+                    + shares.y * with_sky(both[1], found.radiance[1]);
                 result += vec4(whole(sum), sum.a / PI);
             }
         }

@@ -8,6 +8,7 @@
 // All else is as in lpv.sweep, to which the steps come once they are as many as a path has cells.
 layout(local_size_x = 8, local_size_y = 8) in;
 
+#include "gi/lpv/directions.glsl"
 #include "gi/lpv/grid.glsl"
 #include "gi/lpv/pairs.glsl"
 
@@ -15,7 +16,7 @@ layout(constant_id = 0) const bool SIDES = false;   // opaque faces send light
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Directions {
     uvec4 octants[8];
-    vec4 directions[];     // xyz: unit vector of travel; w: weight [sr]
+    Direction directions[];
 };
 layout(set = 1, binding = 1, rgba32ui) uniform restrict readonly uimage3D sources;
 // radiance; z: parity of the step, pair of directions, z of the cell
@@ -43,7 +44,7 @@ void main() {
     cell.z -= k * size.z;
     if (!is_inside(params.grid, cell)) return;
     uint first = 2u * (params.first_pair + uint(k));
-    vec3 pair[2] = vec3[2](directions[first].xyz, directions[first + 1u].xyz);
+    vec3 pair[2] = vec3[2](directions[first].travel.xyz, directions[first + 1u].travel.xyz);
     CellSource found = load_source(cell);
     Pair here;
     for (int i = 0; i < 2; ++i)

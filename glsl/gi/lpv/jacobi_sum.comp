@@ -4,13 +4,14 @@
 // the pairs before. That is kept in floats: half floats would lose what later pairs add to it.
 layout(local_size_x = 8, local_size_y = 8) in;
 
+#include "gi/lpv/directions.glsl"
 #include "gi/lpv/grid.glsl"
 #include "gi/lpv/harmonics.glsl"
 #include "gi/lpv/pairs.glsl"
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Directions {
     uvec4 octants[8];
-    vec4 directions[];     // xyz: unit vector of travel; w: weight [sr]
+    Direction directions[];
 };
 layout(set = 1, binding = 1, rgba32ui) uniform restrict readonly uimage3D fields;
 layout(set = 1, binding = 2, rgba32f) uniform restrict image3D sum;
@@ -36,10 +37,11 @@ void main() {
         ivec3 texel = cell + ivec3(0, 0, (first_layer + int(k)) * size.z);
         Pair here = unpack(imageLoad(fields, texel));
         for (uint i = 0u; i < 2u; ++i) {
-            vec4 direction = directions[2u * (params.first_pair + k) + i];
-            float basis[COEFFICIENTS] = sh_evaluate3(-direction.xyz);
+            Direction direction = directions[2u * (params.first_pair + k) + i];
+            vec4 weighted = direction.travel.w * with_sky(direction, here.radiance[i]);
+            float basis[COEFFICIENTS] = sh_evaluate3(-direction.travel.xyz);
             for (int c = 0; c < COEFFICIENTS; ++c)
-                sums[c] += direction.w * basis[c] * here.radiance[i];
+                sums[c] += basis[c] * weighted;
         }
     }
     for (int i = 0; i < COEFFICIENTS; ++i) {

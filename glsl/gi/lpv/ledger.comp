@@ -6,6 +6,7 @@
 // not matter. Alpha is the same of an environment of radiance 1.
 layout(local_size_x = 256) in;
 
+#include "gi/lpv/directions.glsl"
 #include "gi/lpv/grid.glsl"
 
 layout(constant_id = 0) const bool SIDES = false;   // opaque faces send light
@@ -13,7 +14,7 @@ layout(constant_id = 1) const bool KEEP = false;    // the radiance of all cells
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Directions {
     uvec4 octants[8];      // x: its first pair of directions; y: how many pairs it has
-    vec4 directions[];     // xyz: unit vector of travel; w: weight [sr]
+    Direction directions[];
 };
 layout(set = 1, binding = 1, r32ui) uniform restrict readonly uimage2D order;
 layout(set = 1, binding = 2, rgba32ui) uniform restrict readonly uimage3D sources;
@@ -78,13 +79,14 @@ void main() {
         int layer = first_layer + int(k - params.first_pair) * layers;
         Pair here = unpack(imageLoad(front, place + ivec3(0, 0, layer)));
         for (uint i = 0u; i < 2u; ++i) {
-            vec4 direction = directions[2u * (first + k) + i];
+            Direction own = directions[2u * (first + k) + i];
+            vec4 direction = own.travel, brought = with_sky(own, here.radiance[i]);
             vec3 steepness = abs(direction.xyz);
             vec4 started = vec4(max(direction.xyz * source.vectors, vec3(0.0)), 0.0);
             sums[INJECTED] += direction.w * (started + sent * steepness);
-            sums[ENTERED] += direction.w * (inflow * steepness);
-            sums[ABSORBED] += direction.w * dot(is_absorbing, steepness) * here.radiance[i];
-            sums[LEFT] += direction.w * dot(is_leaving, steepness) * here.radiance[i];
+            sums[ENTERED] += direction.w * with_sky(own, inflow * steepness);
+            sums[ABSORBED] += direction.w * dot(is_absorbing, steepness) * brought;
+            sums[LEFT] += direction.w * dot(is_leaving, steepness) * brought;
         }
     }
     uint row = ENTRIES * (8u * gl_GlobalInvocationID.x + uint(slab));

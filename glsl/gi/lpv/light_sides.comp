@@ -54,7 +54,7 @@ vec3 direct_irradiance(Side side) {
 vec3 irradiance_before(Side side) {
     ivec3 cell = cell_at(params.grid, floatBitsToInt(side.place.w));
     vec4 found = irradiance(fetch_light_of(params.grid, cell), side.normal.xyz);
-    return params.scale * found.rgb + found.a * frame.environment.rgb;
+    return params.scale * found.rgb + found.a * uniform_environment();
 }
 
 shared uvec4 sums[64];

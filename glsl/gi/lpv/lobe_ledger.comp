@@ -15,7 +15,10 @@ const uint LOBES30 = 0u, AXIS6 = 1u, STREAM = 2u;
 const uint NONE = 0u, FACES = 1u, FUZZY = 2u;
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Faces { uint faces[]; };
-layout(std430, set = 1, binding = 1) restrict readonly buffer Streams { mat4 streams[6]; };
+layout(std430, set = 1, binding = 1) restrict readonly buffer Streams {
+    mat4 outside_sent;
+    mat4 streams[6];
+};
 layout(set = 1, binding = 2) uniform texture3D blockers;
 layout(set = 1, binding = 3, rgba32ui) uniform restrict readonly uimage3D lobes;
 // injected, entered, absorbed, left, on its way, of each cell
@@ -84,7 +87,7 @@ void main() {
     }
     if (params.step == 1u) {
         ledger[row + INJECTED] = here;
-        outside[0].a = 6.0 * PI * SH_Y0;
+        outside = outside_sent;
     }
     uint word = OCCLUSION == FACES ? faces[index] : 0u;
     for (uint face = 0u; face < 6u; ++face) {

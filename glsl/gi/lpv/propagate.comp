@@ -20,8 +20,10 @@ layout(constant_id = 2) const bool CLAMP = false;   // no negative flux
 const uint LOBES30 = 0u, AXIS6 = 1u, STREAM = 2u;
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Faces { uint faces[]; };
-// of the faces −x, +x, −y, …: what goes towards the cell
-layout(std430, set = 1, binding = 1) restrict readonly buffer Streams { mat4 streams[6]; };
+layout(std430, set = 1, binding = 1) restrict readonly buffer Streams {
+    mat4 outside;        // what comes from the environment, for each face
+    mat4 streams[6];     // of the faces −x, +x, −y, …: what goes towards the cell
+};
 layout(set = 1, binding = 2) uniform texture3D blockers;
 layout(set = 1, binding = 3, rgba32ui) uniform restrict uimage3D lobes;
 layout(set = 1, binding = 4, rgba32f) uniform restrict image3D sum;
@@ -48,8 +50,7 @@ mat4 sent_by(ivec3 neighbour) {
             unpack(words, sent[2 * i], sent[2 * i + 1]);
         }
     } else if (params.step == 1u) {
-        // ∫ (|ωx| + |ωy| + |ωz|) Y_0 dω = 6π Y_0 of radiance 1
-        sent[0].a = 6.0 * PI * SH_Y0;
+        sent = outside;
     }
     return sent;
 }

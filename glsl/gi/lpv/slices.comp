@@ -15,6 +15,7 @@
 // at the grid's border with that of the environment. So nothing passes a wall.
 layout(local_size_x = 64) in;
 
+#include "gi/lpv/directions.glsl"
 #include "gi/lpv/grid.glsl"
 #include "gi/lpv/harmonics.glsl"
 #include "gi/lpv/pairs.glsl"
@@ -24,7 +25,7 @@ layout(constant_id = 1) const bool SIDES = false;   // opaque faces send light
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Directions {
     uvec4 groups[24];      // x: first pair of directions; y: how many; z: axis; w: octant
-    vec4 directions[];     // xyz: unit vector of travel; w: weight [sr]
+    Direction directions[];
 };
 layout(set = 1, binding = 1, rgba32ui) uniform restrict readonly uimage3D sources;
 // radiance of this slice and the one before: x, y: cell along b and c in the octant's own order; z:
@@ -121,8 +122,9 @@ void main() {
     int parity = int(params.slice & 1u);
     for (uint k = 0u; k < group.y; ++k) {
         int layer = 2 * (slab * params.grid.size.w + int(k));
-        vec4 pair[2] = vec4[2](
+        Direction both[2] = Direction[2](
             directions[2u * (group.x + k)], directions[2u * (group.x + k) + 1u]);
+        vec4 pair[2] = vec4[2](both[0].travel, both[1].travel);
         Pair here;
         for (int i = 0; i < 2; ++i) {
             vec3 sent = max(pair[i].xyz * found.vectors, vec3(0.0));
@@ -142,8 +144,8 @@ void main() {
         }
         for (int i = 0; i < 2; ++i) {
             float basis[COEFFICIENTS] = sh_evaluate3(-pair[i].xyz);
-            for (int j = 0; j < COEFFICIENTS; ++j)
-                sums[j] += pair[i].w * basis[j] * here.radiance[i];
+            vec4 weighted = pair[i].w * with_sky(both[i], here.radiance[i]);
+            for (int j = 0; j < COEFFICIENTS; ++j) sums[j] += basis[j] * weighted;
         }
         imageStore(front, ivec3(bc, layer + parity), pack(here));
     }

@@ -34,7 +34,7 @@ void main() {
         }
         sum = max(sum, vec4(0.0));
         float cosine = max(dot(surface.shading_normal, to_eye), 0.0);
-        result = ggx_albedo(lobe.rgb, lobe.a, cosine) * (sum.rgb + sum.a * frame.environment.rgb);
+        result = ggx_albedo(lobe.rgb, lobe.a, cosine) * (sum.rgb + sum.a * uniform_environment());
     }
     imageStore(indirect_specular, pixel, vec4(result, 0.0));
 }

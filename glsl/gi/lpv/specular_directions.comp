@@ -5,9 +5,11 @@
 // width α.
 layout(local_size_x = 8, local_size_y = 8) in;
 
+#include "gi/lpv/directions.glsl"
+
 layout(std430, set = 1, binding = 0) restrict readonly buffer Directions {
     uvec4 octants[8];      // x: its first pair of directions; y: how many pairs it has
-    vec4 directions[];     // xyz: unit vector of travel; w: weight [sr]
+    Direction directions[];
 };
 layout(set = 1, binding = 1, rgba32ui) uniform restrict readonly uimage3D radiance;
 layout(set = 1, binding = 2) uniform texture2D view_depth;
@@ -39,13 +41,14 @@ void main() {
             for (uint k = 0u; k < params.pair_count; ++k) {
                 if (params.first_pair + k >= octant.y) break;
                 uint at = 2u * (octant.x + params.first_pair + k);
-                vec2 off = 1.0
-                    + vec2(dot(directions[at].xyz, mirror), dot(directions[at + 1u].xyz, mirror));
+                Direction both[2] = Direction[2](directions[at], directions[at + 1u]);
+                vec4 first = both[0].travel, second = both[1].travel;
+                vec2 off = 1.0 + vec2(dot(first.xyz, mirror), dot(second.xyz, mirror));
                 if (min(off.x, off.y) > 0.5 * REACH * REACH * width) continue;
-                vec2 shares =
-                    vec2(directions[at].w, directions[at + 1u].w) * exp(-off / width);
+                vec2 shares = vec2(first.w, second.w) * exp(-off / width);
                 Pair found = radiance_at(corners, int(slab * params.pair_count + k));
-                vec4 sum = shares.x * found.radiance[0] + shares.y * found.radiance[1];
+                vec4 sum = shares.x * with_sky(both[0], found.radiance[0])
+                    + shares.y * with_sky(both[1], found.radiance[1]);
                 result += vec4(whole(sum), shares.x + shares.y);
             }
         }

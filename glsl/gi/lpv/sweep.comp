@@ -17,6 +17,7 @@
 // with it.
 layout(local_size_x = 256) in;
 
+#include "gi/lpv/directions.glsl"
 #include "gi/lpv/grid.glsl"
 #include "gi/lpv/harmonics.glsl"
 #include "gi/lpv/pairs.glsl"
@@ -30,7 +31,7 @@ layout(constant_id = 5) const bool KEEP = false;       // the radiance of all ce
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Directions {
     uvec4 octants[8];      // x: its first pair of directions; y: how many pairs it has
-    vec4 directions[];     // xyz: unit vector of travel; w: weight [sr]
+    Direction directions[];
 };
 layout(set = 1, binding = 1, r32ui) uniform restrict readonly uimage2D order;
 layout(set = 1, binding = 2, rgba32ui) uniform restrict readonly uimage3D sources;
@@ -170,7 +171,9 @@ void main() {
         Pair x = upwind(texel + to_x, is_there.x, border[0] + behind, otherwise[0]),
              y = upwind(texel + to_y, is_there.y, border[1] + behind, otherwise[1]),
              z = upwind(texel + to_z, is_there.z, border[2] + behind, otherwise[2]), here;
-        vec4 pair[2] = vec4[2](directions[2u * (first + k)], directions[2u * (first + k) + 1u]);
+        Direction both[2] =
+            Direction[2](directions[2u * (first + k)], directions[2u * (first + k) + 1u]);
+        vec4 pair[2] = vec4[2](both[0].travel, both[1].travel);
         for (int i = 0; i < 2; ++i) {
             vec3 steepness = abs(pair[i].xyz);
             vec4 sent = vec4(max(pair[i].xyz * found.vectors, vec3(0.0)), 0.0);
@@ -179,7 +182,8 @@ void main() {
             here.radiance[i] = sent / (steepness.x + steepness.y + steepness.z);
         }
         // Both at once: the sums are more than fit into registers.
-        vec4 weighted[2] = vec4[2](pair[0].w * here.radiance[0], pair[1].w * here.radiance[1]);
+        vec4 weighted[2] = vec4[2](pair[0].w * with_sky(both[0], here.radiance[0]),
+            pair[1].w * with_sky(both[1], here.radiance[1]));
         float basis[COEFFICIENTS] = sh_evaluate3(-pair[0].xyz);
         float other[COEFFICIENTS] = sh_evaluate3(-pair[1].xyz);
         for (int i = 0; i < COEFFICIENTS; ++i)

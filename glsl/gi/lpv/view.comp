@@ -31,7 +31,7 @@ const int STEPS = 32, HALVINGS = 6;
 
 vec4 irradiance_of(vec4 coefficients[COEFFICIENTS], vec3 normal) {
     vec4 found = irradiance(coefficients, normal);
-    return vec4(params.scale * found.rgb + found.a * frame.environment.rgb, found.a / PI);
+    return vec4(params.scale * found.rgb + found.a * uniform_environment(), found.a / PI);
 }
 
 // The luminance of each coefficient of irradiance.
@@ -39,7 +39,7 @@ float[COEFFICIENTS] luminance_of(vec4 coefficients[COEFFICIENTS]) {
     float found[COEFFICIENTS];
     for (int i = 0; i < COEFFICIENTS; ++i) {
         vec4 c = coefficients[i];
-        vec3 rgb = params.scale * c.rgb + c.a * frame.environment.rgb;
+        vec3 rgb = params.scale * c.rgb + c.a * uniform_environment();
         found[i] = SH_COSINE[band_of(i)] * dot(rgb, vec3(0.2126, 0.7152, 0.0722));
     }
     return found;

@@ -31,11 +31,12 @@ void main() {
     uint probe = row.x, own = index % params.ray_count;
     ivec2 texel = texel_of_ray(probe * params.ray_count + own);
     uvec4 hit = texelFetch(usampler2D(ray_hits, nearest_clamp), texel, 0);
+    vec3 direction = turn_of(row.y) * ray_of_set(own);
     if (hit.x == NO_TRIANGLE) {
-        imageStore(ray_light, texel_of_ray(index), vec4(frame.environment.rgb, 1.0));
+        vec3 sky = environment_of_ray(direction, params.ray_count);
+        imageStore(ray_light, texel_of_ray(index), vec4(sky, 1.0));
         return;
     }
-    vec3 direction = turn_of(row.y) * ray_of_set(own);
     PathVertex v = unpack_hit(hit, probe_places[probe].xyz, direction);
     // What reflects the light of what emits is a bounce.
     vec3 light = v.emission + light_straight(v, frame.size_px.z, 0u, vec3(0.0));

@@ -21,7 +21,7 @@ layout(push_constant) uniform VoxelRayParams {
     uint all;            // rays
 } params;
 
-#include "shared/frame.glsl"
+#include "shared/environment.glsl"
 #include "gi/shared/voxel/trace/lit_grid.glsl"
 #include "gi/probes/hit.glsl"
 #include "gi/probes/rays.glsl"
@@ -34,8 +34,11 @@ void main() {
     uint own = index % params.ray_count;
     ivec2 texel = texel_of_ray(row.x * params.ray_count + own);
     uint hit = texelFetch(usampler2D(ray_hits, nearest_clamp), texel, 0).x;
-    vec4 light = vec4(frame.environment.rgb, 1.0);
-    if (hit != 0xffffffffu)
-        light = vec4(radiance_along(hit & HIT_TRIANGLE, turn_of(row.y) * ray_of_set(own)), 0.0);
+    vec3 direction = turn_of(row.y) * ray_of_set(own);
+    vec4 light;
+    if (hit == 0xffffffffu)
+        light = vec4(environment_of_ray(direction, params.ray_count), 1.0);
+    else
+        light = vec4(radiance_along(hit & HIT_TRIANGLE, direction), 0.0);
     imageStore(ray_light, texel_of_ray(index), light);
 }

@@ -42,9 +42,9 @@ void main() {
         vec3 direction =
             hemisphere_direction(around, u, float(i) * GOLDEN_ANGLE + offset.y * 2.0 * PI);
         bool escaped;
-        uint n = frame.walk.x * params.ray_count + i;
-        vec3 light = light_along(start, direction, place, n, params.bounces, params.hit_roughness,
-            escaped);
+        uvec2 which = uvec2(frame.walk.x * params.ray_count + i, params.ray_count);
+        vec3 light = light_along(start, direction, place, which, params.bounces,
+            params.hit_roughness, escaped);
         sum += vec4(PI * light, escaped ? 1.0 : 0.0);
     }
     vec4 before = params.first_ray == 0u ? vec4(0.0) : imageLoad(indirect_diffuse, texel);

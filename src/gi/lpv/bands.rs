@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::UVec3;
 
 use super::faces::Faces;
+use super::inflow::Inflow;
 use super::light::Light;
 use super::lobes::{
     FinishParams, LobeSettings, Occlusion, PropagateParams, SeedParams, axis_direction, groups,
@@ -68,6 +69,9 @@ pub static FINISH_BANDS: Pass = Pass {
     )
 };
 
+/// Coefficients of four bands (`gi/lpv/bands/bands.glsl`).
+const MOST_COEFFICIENTS: usize = 16;
+
 /// M_d = ∫ Y Yᵀ max(0, ω·d)/(|ωx| + |ωy| + |ωz|) dω in so many bands, row by row: what goes into a
 /// cell through each of its faces. They are symmetric, and all six add up to 1.
 pub fn streams(bands: usize) -> [Vec<f64>; 6] {
@@ -112,13 +116,14 @@ impl Streams {
         size: UVec3,
         (settings, bands): (LobeSettings, u32),
         occlusion: Occlusion,
+        inflow: Inflow<'_>,
     ) -> Result<Self, Error> {
         let [x, y, z] = size.to_array();
-        let matrices: Vec<f32> = streams(bands as usize)
-            .iter()
-            .flatten()
-            .map(|entry| *entry as f32)
-            .collect();
+        let mut outside = inflow.lobe(bands as usize);
+        outside.resize(MOST_COEFFICIENTS, [0.0; 4]);
+        let streams = streams(bands as usize);
+        let streams = streams.iter().flatten().map(|entry| *entry as f32);
+        let matrices: Vec<f32> = outside.into_iter().flatten().chain(streams).collect();
         let pairs = (bands * bands).div_ceil(2);
         Ok(Streams {
             settings,

@@ -9,6 +9,7 @@ use super::blockers::{self, Blockers};
 use super::cell_settings::{CellSettings, Octree, Ordinates, Source};
 use super::faces::{BounceTest, Faces};
 use super::grid::CellGrid;
+use super::inflow::Inflow;
 use super::inject::{FLUX_NUMBERS, POWER_NUMBERS, flux_unit, inject};
 use super::jacobi::Jacobi;
 use super::leaf_sweep::LeafSweep;
@@ -47,31 +48,45 @@ struct Parts {
 }
 
 impl Parts {
-    fn new(gpu: &Gpu, size: UVec3, grids: u32, settings: &CellSettings) -> Result<Self, Error> {
+    fn new(
+        gpu: &Gpu,
+        size: UVec3,
+        grids: u32,
+        settings: &CellSettings,
+        inflow: Inflow<'_>,
+    ) -> Result<Self, Error> {
         let directions = settings.directions;
         let propagation = match (settings.lobes, settings.octree) {
             (Some(lobes), Some(Octree::Levels(transfer))) => {
                 let steps = (lobes, settings.occlusion);
-                Propagation::Levels(Levels::new(gpu, size, steps, transfer)?)
+                Propagation::Levels(Levels::new(gpu, size, steps, transfer, inflow)?)
             }
             (Some(lobes), _) if lobes.scheme == Scheme::Stream && settings.bands > 2 => {
                 let steps = (lobes, settings.bands);
-                Propagation::Streams(Streams::new(gpu, size, steps, settings.occlusion)?)
+                Propagation::Streams(Streams::new(gpu, size, steps, settings.occlusion, inflow)?)
             }
             (Some(lobes), _) => {
-                Propagation::Lobes(Lobes::new(gpu, size, lobes, settings.occlusion)?)
+                Propagation::Lobes(Lobes::new(gpu, size, lobes, settings.occlusion, inflow)?)
             }
             (None, Some(Octree::Leaves(leaves))) => {
-                Propagation::Leaves(LeafSweep::new(gpu, (directions, leaves))?)
+                Propagation::Leaves(LeafSweep::new(gpu, (directions, leaves), inflow)?)
             }
             (None, _) => match settings.ordinates {
                 Ordinates::Sweep => {
                     let keeps = settings.keeps_directions;
-                    Propagation::Sweep(Sweep::new(gpu, size, directions, grids - 1, keeps)?)
+                    Propagation::Sweep(Sweep::new(
+                        gpu,
+                        size,
+                        (directions, inflow),
+                        grids - 1,
+                        keeps,
+                    )?)
                 }
-                Ordinates::Slices => Propagation::Slices(Slices::new(gpu, size, directions)?),
+                Ordinates::Slices => {
+                    Propagation::Slices(Slices::new(gpu, size, directions, inflow)?)
+                }
                 Ordinates::Jacobi(steps) => {
-                    Propagation::Jacobi(Jacobi::new(gpu, size, (directions, steps))?)
+                    Propagation::Jacobi(Jacobi::new(gpu, size, (directions, steps), inflow)?)
                 }
             },
         };
@@ -118,12 +133,15 @@ const MOST_STORED: f32 = 1.5e4;
 /// Times the radiance of one bounce or of a lamp that all bounces of a bright room may have.
 const MANY_BOUNCES: f32 = 64.0;
 
+/// No direction of propagation has a smaller solid angle (sr).
+const LOOK_SR: f64 = 0.01;
+
 /// Radiance of a stored 1 (W/(m² sr)): a power of two, so that twice the light is the same numbers
 /// with twice the scale, and such that no cell has more than half floats hold.
 pub(super) fn radiance_scale(scene: &GpuScene, grid: &CellGrid) -> f32 {
     let face_m2 = grid.cell_size * grid.cell_size;
     let injected = flux_unit(&scene.lights, grid) * (1u32 << 30) as f32;
-    let lasting = scene.largest_emission + scene.environment.max_element();
+    let lasting = scene.largest_emission + scene.environment.largest(LOOK_SR);
     let most = injected / (std::f32::consts::PI * face_m2) + MANY_BOUNCES * lasting;
     (most / MOST_STORED)
         .max(f32::MIN_POSITIVE)
@@ -149,7 +167,8 @@ impl Cells {
         grid: CellGrid,
         settings: CellSettings,
     ) -> Result<Self, Error> {
-        let parts = Parts::new(gpu, grid.size, 1, &settings)?;
+        let inflow = Inflow::new(scene, &grid);
+        let parts = Parts::new(gpu, grid.size, 1, &settings, inflow)?;
         Cells::with(gpu, scene, grid, settings, &parts)
     }
 
@@ -161,7 +180,11 @@ impl Cells {
         settings: CellSettings,
     ) -> Result<Vec<Self>, Error> {
         let size = grids.first().map_or(UVec3::ONE, |grid| grid.size);
-        let parts = Parts::new(gpu, size, grids.len() as u32, &settings)?;
+        let Some(finest) = grids.last() else {
+            return Ok(Vec::new());
+        };
+        let inflow = Inflow::new(scene, finest);
+        let parts = Parts::new(gpu, size, grids.len() as u32, &settings, inflow)?;
         let cells = |grid: &CellGrid| Cells::with(gpu, scene, *grid, settings, &parts);
         grids.iter().map(cells).collect()
     }

@@ -4,6 +4,8 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DMat3, DQuat, DVec3};
 
+use super::inflow::Inflow;
+
 /// Directions of travel with weights, sorted by octant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Directions {
@@ -64,25 +66,29 @@ impl Directions {
 
     /// As `lpv.sweep` reads them: first pair and number of pairs of each octant, then all pairs.
     /// An odd octant's last direction has a partner without weight.
-    pub fn words(&self) -> Vec<u32> {
+    pub(super) fn words(&self, inflow: Inflow<'_>) -> Vec<u32> {
         let (mut octants, mut pairs) = (Vec::new(), Vec::new());
         for [first, count] in self.octants {
-            octants.extend([pairs.len() as u32 / 8, count.div_ceil(2), 0, 0]);
+            octants.extend([pairs.len() as u32 / (2 * ROW), count.div_ceil(2), 0, 0]);
             let own = &self.all[first as usize..][..count as usize];
             let partner = own.last().filter(|_| count % 2 == 1);
             let all = own.iter().copied();
             let all = all.chain(partner.map(|(direction, _)| (*direction, 0.0)));
-            pairs.extend(all.flat_map(|(direction, weight)| {
-                direction
-                    .extend(weight)
-                    .as_vec4()
-                    .to_array()
-                    .map(f32::to_bits)
-            }));
+            pairs.extend(all.flat_map(|direction| row(direction, inflow)));
         }
         octants.append(&mut pairs);
         octants
     }
+}
+
+/// Words of a [`row`].
+pub(super) const ROW: u32 = 8;
+
+/// A direction as shaders read it (`gi/lpv/directions.glsl`).
+pub(super) fn row((travel, weight): (DVec3, f64), inflow: Inflow<'_>) -> [u32; ROW as usize] {
+    let sky = inflow.along(travel, weight);
+    let [x, y, z, w] = travel.extend(weight).as_vec4().to_array();
+    [x, y, z, w, sky.x, sky.y, sky.z, 0.0].map(f32::to_bits)
 }
 
 fn octant(direction: DVec3) -> usize {

@@ -7,6 +7,7 @@ use glam::UVec3;
 use super::directions::Directions;
 use super::faces::Faces;
 use super::grid::GridRow;
+use super::inflow::Inflow;
 use super::light::Light;
 use super::sweep::{MOST_TEXELS, PAIR_BYTES, Sources, find_sources, volume};
 use crate::gpu_struct;
@@ -82,7 +83,12 @@ pub struct Jacobi {
 
 impl Jacobi {
     /// Allocates steps of grids of this size along this many directions.
-    pub fn new(gpu: &Gpu, size: UVec3, (directions, steps): (u32, u32)) -> Result<Self, Error> {
+    pub fn new(
+        gpu: &Gpu,
+        size: UVec3,
+        (directions, steps): (u32, u32),
+        inflow: Inflow<'_>,
+    ) -> Result<Self, Error> {
         let directions = Directions::spiral(directions);
         let [x, y, z] = size.to_array();
         let pair_bytes = 2 * u64::from(size.element_product()) * PAIR_BYTES;
@@ -97,7 +103,7 @@ impl Jacobi {
             list: storage(
                 gpu,
                 ("lpv.directions", Owner::Store),
-                bytemuck::cast_slice(&directions.words()),
+                bytemuck::cast_slice(&directions.words(inflow)),
             )?,
             directions,
             steps,

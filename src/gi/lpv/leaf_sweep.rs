@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::directions::Directions;
 use super::faces::Faces;
 use super::grid::GridRow;
+use super::inflow::Inflow;
 use super::leaves::{LeafSettings, Leaves};
 use super::light::Light;
 use super::schedule::{ENVIRONMENT, Schedule, TooManyOnTheirWay};
@@ -144,9 +145,13 @@ struct Tables {
 
 impl LeafSweep {
     /// Allocates what does not depend on the leaves.
-    pub fn new(gpu: &Gpu, (directions, settings): (u32, LeafSettings)) -> Result<Self, Error> {
+    pub fn new(
+        gpu: &Gpu,
+        (directions, settings): (u32, LeafSettings),
+        inflow: Inflow<'_>,
+    ) -> Result<Self, Error> {
         let directions = Directions::spiral(directions);
-        let words = directions.words();
+        let words = directions.words(inflow);
         Ok(LeafSweep {
             settings,
             list: storage(

@@ -176,7 +176,10 @@ pub fn energy(gpu: &Gpu, scene: &GpuScene, cells: &Cells) -> Result<Option<Energ
         sums[at % ENTRIES] += DVec4::from(number.map(f64::from));
     }
     let face_m2 = f64::from(cells.grid.cell_size).powi(2);
-    let (scale, environment) = (f64::from(cells.scale), scene.environment.as_dvec3());
+    let (scale, environment) = (
+        f64::from(cells.scale),
+        scene.environment.radiance.as_dvec3(),
+    );
     let watts = |sum: DVec4| -> DVec3 { face_m2 * (scale * sum.truncate() + sum.w * environment) };
     let [injected, entered, absorbed, left, on_its_way] = sums.map(watts);
     Ok(Some(Energy {

@@ -7,6 +7,7 @@ use glam::{UVec3, Vec3};
 
 use super::faces::{Faces, words};
 use super::grid::{CellGrid, GridRow};
+use super::inflow::Inflow;
 use super::light::Light;
 use super::lobes::{LobeSettings, Lobes, Occlusion, groups};
 use crate::gi::Settings;
@@ -134,20 +135,21 @@ impl Levels {
         size: UVec3,
         (settings, occlusion): (LobeSettings, Occlusion),
         transfer: Transfer,
+        inflow: Inflow<'_>,
     ) -> Result<Self, Error> {
         let stops = occlusion == Occlusion::Faces;
         let level = |grid: &CellGrid| {
             let faces = || words(gpu, "lpv.faces", grid.count());
             Ok(Level {
                 faces: stops.then(faces).transpose()?,
-                lobes: Lobes::new(gpu, grid.size, settings, occlusion)?,
+                lobes: Lobes::new(gpu, grid.size, settings, occlusion, inflow)?,
             })
         };
         let grids = grids(CellGrid::new(Vec3::ZERO, 1.0, size));
         Ok(Levels {
             transfer,
             iterations: settings.iterations,
-            finest: Lobes::new(gpu, size, settings, occlusion)?,
+            finest: Lobes::new(gpu, size, settings, occlusion, inflow)?,
             coarser: grids[1..].iter().map(level).collect::<Result<_, Error>>()?,
         })
     }

@@ -8,6 +8,7 @@ use glam::{DMat4, DVec3, DVec4, UVec3};
 
 use super::faces::Faces;
 use super::grid::{CellGrid, GridRow};
+use super::inflow::Inflow;
 use super::light::Light;
 use super::sweep::volume;
 use crate::gi::Settings;
@@ -208,11 +209,14 @@ impl Lobes {
         size: UVec3,
         settings: LobeSettings,
         occlusion: Occlusion,
+        inflow: Inflow<'_>,
     ) -> Result<Self, Error> {
         let [x, y, z] = size.to_array();
         let is_stream = settings.scheme == Scheme::Stream;
         let streams = |face: u32| stream(-axis_direction(face)).as_mat4().to_cols_array();
-        let streams: Vec<f32> = (0..6).filter(|_| is_stream).flat_map(streams).collect();
+        let all = (0..6).filter(|_| is_stream).flat_map(streams);
+        let outside = inflow.lobe(2).into_iter().flatten();
+        let streams: Vec<f32> = outside.chain(all).collect();
         let pairs = vk::Format::R32G32B32A32_UINT;
         let stored = ImageUsage::STORAGE;
         Ok(Lobes {

@@ -2,7 +2,7 @@
 //! grid, and surfaces look it up.
 //!
 //! - [`faces`]: which neighbours cannot see each other, and what they see instead.
-//! - [`inject`]: what surfaces reflect, into cells.
+//! - [`inject`]: what surfaces reflect, into cells, and [`inflow`], what comes from outside.
 //! - [`sweep`]: from cells to all others, along discrete directions.
 //! - [`jacobi`]: the same in steps of all cells at once.
 //! - [`slices`]: the same in slices, with smoother steps.
@@ -34,6 +34,7 @@ mod directions;
 pub mod faces;
 pub mod gather;
 mod grid;
+mod inflow;
 pub mod inject;
 pub mod jacobi;
 pub mod leaf_sweep;

@@ -106,7 +106,7 @@ impl<'c> Found<'c> {
             cells,
             cell,
             coefficients,
-            environment: scene.environment.as_dvec3(),
+            environment: scene.environment.radiance.as_dvec3(),
             word,
             flux,
         })

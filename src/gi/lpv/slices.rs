@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use glam::{DVec3, UVec3};
 
-use super::directions::Directions;
+use super::directions::{Directions, ROW, row};
 use super::faces::Faces;
 use super::grid::GridRow;
+use super::inflow::Inflow;
 use super::light::Light;
 use super::lobes::groups;
 use super::sweep::{
@@ -81,7 +82,7 @@ pub struct Slices {
 /// As `lpv.slices` reads directions: first pair, number of pairs, axis and octant of each group,
 /// then all pairs; and how many a group has at most. An odd group's last direction has a partner
 /// without weight.
-fn words(directions: &Directions) -> (Vec<u32>, u32) {
+fn words(directions: &Directions, inflow: Inflow<'_>) -> (Vec<u32>, u32) {
     let (mut groups, mut pairs, mut most) = (Vec::new(), Vec::new(), 1);
     for (octant, [first, count]) in (0u32..).zip(directions.octants) {
         let octants = &directions.all[first as usize..][..count as usize];
@@ -93,11 +94,8 @@ fn words(directions: &Directions) -> (Vec<u32>, u32) {
             }
             let count = own.len() as u32 / 2;
             most = most.max(count);
-            groups.extend([pairs.len() as u32 / 8, count, axis as u32, octant]);
-            pairs.extend(own.into_iter().flat_map(|(direction, weight)| {
-                let end = direction.extend(weight).as_vec4();
-                end.to_array().map(f32::to_bits)
-            }));
+            groups.extend([pairs.len() as u32 / (2 * ROW), count, axis as u32, octant]);
+            pairs.extend(own.into_iter().flat_map(|own| row(own, inflow)));
         }
     }
     groups.append(&mut pairs);
@@ -106,8 +104,8 @@ fn words(directions: &Directions) -> (Vec<u32>, u32) {
 
 impl Slices {
     /// Allocates slices of grids of this size, for this many directions.
-    pub fn new(gpu: &Gpu, size: UVec3, directions: u32) -> Result<Self, Error> {
-        let (words, most_pairs) = words(&Directions::spiral(directions));
+    pub fn new(gpu: &Gpu, size: UVec3, directions: u32, inflow: Inflow<'_>) -> Result<Self, Error> {
+        let (words, most_pairs) = words(&Directions::spiral(directions), inflow);
         let [x, y, z] = size.to_array();
         let edge = size.max_element();
         let slab_bytes = u64::from(x * y * z * COEFFICIENT_PAIRS) * PAIR_BYTES;

@@ -7,6 +7,7 @@ use glam::UVec3;
 use super::directions::Directions;
 use super::faces::Faces;
 use super::grid::GridRow;
+use super::inflow::Inflow;
 use super::light::Light;
 use super::lobes::groups;
 use crate::gpu_struct;
@@ -224,7 +225,7 @@ impl Sweep {
     pub fn new(
         gpu: &Gpu,
         size: UVec3,
-        directions: u32,
+        (directions, inflow): (u32, Inflow<'_>),
         nested: u32,
         keeps: bool,
     ) -> Result<Self, Error> {
@@ -267,7 +268,7 @@ impl Sweep {
         };
         Ok(Sweep {
             size,
-            list: list("lpv.directions", &directions.words())?,
+            list: list("lpv.directions", &directions.words(inflow))?,
             directions,
             order: upload_order(gpu, size)?,
             sources: Sources::new(gpu, size)?,

@@ -279,6 +279,7 @@ impl Borrowed {
                 rays: cast_rays,
                 hits: cast_hits,
                 count: all,
+                of_family: of_probe,
             };
             technique.cast(frame, cast);
             then(frame, part);

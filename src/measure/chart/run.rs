@@ -104,9 +104,8 @@ impl<'s> Sweep<'s> {
     /// Whether the scene of another sweep differs from this one in its camera alone, as far as
     /// views of one scene can differ.
     pub fn differs_in_camera_alone(&self, other: &Sweep<'_>) -> bool {
-        (&self.scene.lights, self.scene.environment)
-            == (&other.scene.lights, other.scene.environment)
-            && self.scene.sky == other.scene.sky
+        (&self.scene.lights, &self.scene.environment)
+            == (&other.scene.lights, &other.scene.environment)
             && self.scene.vertices == other.scene.vertices
     }
 

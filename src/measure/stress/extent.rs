@@ -131,7 +131,7 @@ pub(super) static EMPTY: StressCase = StressCase {
     measure: |trial, _| {
         let scene = Scene {
             name: "empty".into(),
-            environment: Vec3::ONE,
+            environment: Vec3::ONE.into(),
             ..Scene::default()
         };
         let picture = trial.indirect(&scene)?;
@@ -152,7 +152,7 @@ fn cut_triangle(cuts: u32) -> Scene {
     let (corner, right, ahead) = (Vec3::new(-2.0, 0.0, 2.0), Vec3::X * 4.0, Vec3::NEG_Z * 4.0);
     let mut scene = Scene {
         name: "cut-triangle".into(),
-        environment: Vec3::ONE,
+        environment: Vec3::ONE.into(),
         ..Scene::default()
     };
     // Rows from the front to the back; each has one vertex less than the one before.

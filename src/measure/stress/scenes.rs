@@ -152,7 +152,7 @@ pub(super) fn anchored(mut scene: Scene, middle: Vec3, edge_m: f32) -> Scene {
 
 /// All light of a scene times a factor.
 pub(super) fn brightened(mut scene: Scene, factor: f32) -> Scene {
-    scene.environment *= factor;
+    scene.environment = scene.environment.times(factor);
     scene
         .materials
         .iter_mut()

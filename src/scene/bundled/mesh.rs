@@ -77,7 +77,7 @@ impl Mesh {
             name: name.to_owned(),
             textures: self.textures,
             lights,
-            environment,
+            environment: environment.into(),
             camera,
             ..Scene::default()
         };

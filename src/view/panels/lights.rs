@@ -3,7 +3,7 @@
 use egui::{DragValue, RichText, Ui};
 use glam::Vec3;
 
-use super::{Scope, row};
+use super::{Scope, environment, row};
 use crate::scene::Light;
 
 /// All lights and the environment.
@@ -62,14 +62,7 @@ pub(super) fn show(ui: &mut Ui, scope: &mut Scope<'_>) {
             });
         }
     });
-    let environment = &mut scope.session.environment;
-    show_power(
-        ui,
-        "environment",
-        "constant radiance that comes from everywhere [W/(m² sr)]",
-        environment,
-        held,
-    );
+    environment::show(ui, &mut scope.session.environment, held);
 }
 
 fn kind(light: &Light) -> &'static str {
@@ -180,7 +173,7 @@ fn three(ui: &mut Ui, vector: &mut Vec3, speed: f32, held: &mut bool) {
 }
 
 /// A colour, and how much of it there is: the largest channel.
-fn show_power(ui: &mut Ui, name: &str, help: &str, power: &mut Vec3, held: &mut bool) {
+pub(super) fn show_power(ui: &mut Ui, name: &str, help: &str, power: &mut Vec3, held: &mut bool) {
     let most = power.max_element();
     let color = if most > 0.0 { *power / most } else { Vec3::ONE };
     row(ui, name, help, |ui| {

@@ -3,6 +3,7 @@
 mod beam;
 mod canvas;
 mod cost;
+mod environment;
 mod files;
 mod help;
 mod input;

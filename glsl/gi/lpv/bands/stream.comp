@@ -7,17 +7,20 @@
 // lpv.propagate.
 layout(local_size_x = 8, local_size_y = 8) in;
 
+#include "shared/frame.glsl"
+#include "gi/lpv/bands/bands.glsl"
+
 layout(constant_id = 1) const uint OCCLUSION = 0u;
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Faces { uint faces[]; };
-// of the faces −x, +x, −y, …: the matrix of what goes towards the cell, row by row
-layout(std430, set = 1, binding = 1) restrict readonly buffer Streams { float streams[]; };
+layout(std430, set = 1, binding = 1) restrict readonly buffer Streams {
+    vec4 outside[MOST_COEFFICIENTS];   // what comes from the environment, for each face
+    // of the faces −x, +x, −y, …: the matrix of what goes towards the cell, row by row
+    float streams[];
+};
 layout(set = 1, binding = 2) uniform texture3D blockers;
 layout(set = 1, binding = 3, rgba32ui) uniform restrict uimage3D lobes;
 layout(set = 1, binding = 4, rgba32f) uniform restrict image3D sum;
-
-#include "shared/frame.glsl"
-#include "gi/lpv/bands/bands.glsl"
 
 layout(push_constant) uniform PropagateParams {
     CellGrid grid;
@@ -46,9 +49,8 @@ void main() {
             if (is_there)
                 sent = unpack(imageLoad(
                     lobes, pair_texel(params.grid, neighbour, pair, params.step - 1u)));
-            else if (pair == 0)
-                // ∫ (|ωx| + |ωy| + |ωz|) Y_0 dω = 6π Y_0 of radiance 1; up to band 3 all else is 0
-                sent.radiance[0].a = 6.0 * PI * SH_Y0;
+            else
+                sent = Pair(vec4[2](outside[2 * pair], outside[2 * pair + 1]));
             for (int j = 2 * pair; j < min(2 * pair + 2, BAND_COEFFICIENTS); ++j) {
                 int row = (int(face) * BAND_COEFFICIENTS + j) * BAND_COEFFICIENTS;
                 vec4 passed = share * sent.radiance[j & 1];

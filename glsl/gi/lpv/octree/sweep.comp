@@ -11,6 +11,7 @@
 // until its last reader is done; two slots have what comes from opaque faces and from the border.
 layout(local_size_x = 64) in;
 
+#include "gi/lpv/directions.glsl"
 #include "gi/lpv/grid.glsl"
 #include "gi/lpv/harmonics.glsl"
 #include "gi/lpv/octree/leaves.glsl"
@@ -21,7 +22,7 @@ layout(constant_id = 1) const bool SIDES = false;   // opaque faces send light
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Directions {
     uvec4 octants[8];      // x: its first pair of directions; y: how many pairs it has
-    vec4 directions[];     // xyz: unit vector of travel; w: weight [sr]
+    Direction directions[];
 };
 // octant by octant. x, y: first leaf in `order`, first row in `rows`; z, w: how many leaves have
 // one row, and how many four
@@ -78,7 +79,9 @@ void main() {
     uint first = octants[octant].x, count = octants[octant].y;
     for (uint k = 0u; k < count; ++k) {
         int layer = slab * int(params.most_pairs) + int(k);
-        vec4 pair[2] = vec4[2](directions[2u * (first + k)], directions[2u * (first + k) + 1u]);
+        Direction both[2] =
+            Direction[2](directions[2u * (first + k)], directions[2u * (first + k) + 1u]);
+        vec4 pair[2] = vec4[2](both[0].travel, both[1].travel);
         vec3 steepness[2] = vec3[2](abs(pair[0].xyz), abs(pair[1].xyz));
         Pair here = Pair(vec4[2](vec4(0.0), vec4(0.0)));
         uint row = 0u;
@@ -100,7 +103,8 @@ void main() {
             here.radiance[i] = sent / (steepness[i].x + steepness[i].y + steepness[i].z);
         }
         // Both at once: the sums are more than fit into registers.
-        vec4 weighted[2] = vec4[2](pair[0].w * here.radiance[0], pair[1].w * here.radiance[1]);
+        vec4 weighted[2] = vec4[2](pair[0].w * with_sky(both[0], here.radiance[0]),
+            pair[1].w * with_sky(both[1], here.radiance[1]));
         float basis[COEFFICIENTS] = sh_evaluate3(-pair[0].xyz);
         float other[COEFFICIENTS] = sh_evaluate3(-pair[1].xyz);
         for (int i = 0; i < COEFFICIENTS; ++i)

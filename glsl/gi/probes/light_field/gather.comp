@@ -38,7 +38,8 @@ void main() {
             hemisphere_direction(around, u, float(i) * GOLDEN_ANGLE + offset.y * 2.0 * PI);
         // What a bent normal lets below the surface is the surface's own.
         if (dot(direction, surface.geometric_normal) <= 0.0) continue;
-        sum += light_along_field(surface, start, direction) * vec4(vec3(PI), 1.0);
+        float density = dot(direction, surface.shading_normal) / PI;
+        sum += light_along_field(surface, start, direction, density) * vec4(vec3(PI), 1.0);
     }
     vec4 before = params.first_ray == 0u ? vec4(0.0) : imageLoad(indirect_diffuse, texel);
     imageStore(indirect_diffuse, texel, before + sum / float(params.ray_count));

@@ -47,7 +47,8 @@ void main() {
         vec3 direction = lobe_direction(glossy, random);
         vec4 reflected = reflected_towards(glossy, direction);
         if (reflected.rgb == vec3(0.0) || !(reflected.a > 0.0)) continue;
-        sum += reflected.rgb / reflected.a * light_along_field(surface, start, direction).rgb;
+        sum += reflected.rgb / reflected.a
+            * light_along_field(surface, start, direction, reflected.a).rgb;
     }
     vec3 before =
         params.first_ray == 0u ? vec3(0.0) : imageLoad(indirect_specular, pixel).rgb;

@@ -47,10 +47,15 @@ FieldStart field_start(Surface surface) {
     return start;
 }
 
-// Radiance that comes along `direction` [W/(m² sr)], and 1 in alpha where nothing is met. The
-// probes are asked one after the other, each from where the last one did not see on (McGuire et
-// al. 2017).
-vec4 light_along_field(Surface surface, FieldStart start, vec3 direction) {
+// What a ray brings that is scattered with a density [1/sr] and meets nothing.
+vec4 escaped_along(vec3 direction, float density) {
+    return vec4(environment_of_scattered(direction, density, params.ray_count), 1.0);
+}
+
+// Radiance that comes along `direction` [W/(m² sr)], scattered with a density [1/sr], and 1 in
+// alpha where nothing is met. The probes are asked one after the other, each from where the last
+// one did not see on (McGuire et al. 2017).
+vec4 light_along_field(Surface surface, FieldStart start, vec3 direction, float density) {
     float cell_m = params.lookup.spacing.w, t = 0.0;
     for (uint i = 0u; i < 8u; ++i) {
         uint corner = (start.nearest + 3u * i) & 7u;
@@ -61,7 +66,7 @@ vec4 light_along_field(Surface surface, FieldStart start, vec3 direction) {
         if (t == 0.0 && dot(surface.geometric_normal, way) <= 0.0) continue;
         FieldRay ray = FieldRay((start.origin - probe_places[probe].xyz) / cell_m, direction);
         uint met = march_probe(probe, ray, t);
-        if (met == ESCAPED) return vec4(frame.environment.rgb, 1.0);
+        if (met == ESCAPED) return escaped_along(direction, density);
         if (met == MET) return vec4(seen_of_field(probe, ray.origin + t * direction).rgb, 0.0);
     }
     if (UNKNOWN_BY_RAYS == 0u) {
@@ -72,7 +77,7 @@ vec4 light_along_field(Surface surface, FieldStart start, vec3 direction) {
     vec3 origin = surface.position_ws
         + start_distance(surface.position_ws) * surface.geometric_normal;
     RayHit hit = closest_hit(origin, direction, NO_TRIANGLE);
-    if (hit.triangle == NO_TRIANGLE) return vec4(frame.environment.rgb, 1.0);
+    if (hit.triangle == NO_TRIANGLE) return escaped_along(direction, density);
     return vec4(light_of_hit(hit.triangle, hit.at, direction), 0.0);
 }
 

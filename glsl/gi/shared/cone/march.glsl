@@ -2,7 +2,7 @@
 #ifndef LUMIVOX_MARCH
 #define LUMIVOX_MARCH
 
-#include "shared/frame.glsl"
+#include "shared/environment.glsl"
 #include "gi/shared/cone/faces.glsl"
 #include "gi/shared/cone/volume.glsl"
 
@@ -34,6 +34,11 @@ struct Cone {
     float end_rate;          // and less for each voxel of distance
 #endif
 };
+
+// The environment of a cone, by the tangent of its half angle.
+vec3 environment_in_cone(vec3 direction, float tan_half) {
+    return environment_around(direction, 2.0 * PI * (1.0 - inversesqrt(1.0 + tan_half * tan_half)));
+}
 
 // One step of a cone: where its sample is, how wide, and how long the step.
 struct Step {
@@ -114,8 +119,8 @@ ConeResult march_cone(
             through *= 1.0 - opacity;
         }
     }
-    return ConeResult(
-        radiance + through * frame.environment.rgb, max(1.0 - occlusion, 0.0), samples);
+    radiance += through * environment_in_cone(direction, tan_half);
+    return ConeResult(radiance, max(1.0 - occlusion, 0.0), samples);
 }
 
 #endif

@@ -37,9 +37,9 @@ void main() {
         // The R2 sequence (Roberts 2018), from where the pixel is in its tile.
         vec2 random = fract(offset + float(i) * vec2(0.7548776662466927, 0.5698402909980532));
         bool escaped;
-        uint n = frame.walk.x * params.ray_count + i;
-        sum += light_along(start, lobe_direction(start, random), pixel, n, MIRROR_BOUNCES, 0.0,
-            escaped);
+        uvec2 which = uvec2(frame.walk.x * params.ray_count + i, params.ray_count);
+        sum += light_along(start, lobe_direction(start, random), pixel, which, MIRROR_BOUNCES,
+            0.0, escaped);
     }
     vec3 before =
         params.first_ray == 0u ? vec3(0.0) : imageLoad(indirect_specular, pixel).rgb;

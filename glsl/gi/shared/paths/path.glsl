@@ -1,10 +1,11 @@
 // Paths of light, backwards (Kajiya 1986): at each place the lights by shadow rays or maps,
 // emissive triangles by aiming at one and by scattering, weighted by the power heuristic (Veach
-// 1997), the environment by scattering.
+// 1997), the environment by scattering: the mean around a ray, over its share of all directions.
 #ifndef LUMIVOX_PATHS_PATH
 #define LUMIVOX_PATHS_PATH
 
 #include "gi/shared/paths/vertex.glsl"
+#include "shared/environment.glsl"
 #include "shared/random.glsl"
 #include "shared/visibility.glsl"
 #ifdef CACHED
@@ -115,11 +116,13 @@ vec3 numbers_for(ivec2 pixel, uint n, uint place, uint purpose) {
 }
 
 // What a path brings to its first place, reflected there: emission, then what is reflected up to
-// `bounces` times. The first place draws `first` in place of a direction of its own. `escaped` is
+// `bounces` times. `which` is its number and how many a pixel has. The first place draws `first` in
+// place of a direction of its own. `escaped` is
 // whether that met nothing. Lobes of later places are at least `least_roughness` wide (Kaplanyan &
 // Dachsbacher 2013).
-vec3 light_along(PathVertex v, vec3 first, ivec2 pixel, uint n, uint bounces,
+vec3 light_along(PathVertex v, vec3 first, ivec2 pixel, uvec2 which, uint bounces,
     float least_roughness, out bool escaped) {
+    uint n = which.x;
     vec3 throughput = vec3(1.0), radiance = vec3(0.0);
     escaped = false;
     for (uint place = 0u; place <= bounces; ++place) {
@@ -145,7 +148,8 @@ vec3 light_along(PathVertex v, vec3 first, ivec2 pixel, uint n, uint bounces,
         RayHit hit = closest_hit(v.origin, direction, v.triangle);
         if (hit.triangle == NO_TRIANGLE) {
             escaped = place == 0u;
-            radiance += throughput * frame.environment.rgb;
+            radiance += throughput
+                * environment_of_scattered(direction, reflected.a, which.y);
             break;
         }
         vec3 origin = v.origin;

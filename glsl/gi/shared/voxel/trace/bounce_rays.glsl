@@ -12,7 +12,7 @@ layout(std430, set = 1, binding = 0) restrict readonly buffer GatheringVoxels {
 layout(std430, set = 1, binding = 1) restrict buffer VoxelIrradiance { uvec2 voxel_irradiance[]; };
 
 #include "gi/shared/voxel/trace/bounce_params.glsl"
-#include "shared/frame.glsl"
+#include "shared/environment.glsl"
 #include "gi/shared/voxel/light/bounce.glsl"
 #include "gi/shared/voxel/trace/trace.glsl"
 
@@ -38,8 +38,13 @@ void main() {
         float distance;
         int slot = trace(receiver + start_offset * normal, direction, receiver, normal, settings,
             distance);
-        vec3 radiance =
-            slot < 0 ? frame.environment.rgb : radiance_along(uint(slot), direction);
+        vec3 radiance;
+        if (slot < 0) {
+            radiance = environment_of_scattered(
+                direction, dot(direction, normal) / PI, uint(params.ray_count));
+        } else {
+            radiance = radiance_along(uint(slot), direction);
+        }
         sum += radiance / float(params.ray_count);
     }
     voxel_irradiance[index] = uvec2(packHalf2x16(sum.rg), packHalf2x16(vec2(sum.b, 0.0)));

@@ -11,9 +11,10 @@ layout(push_constant) uniform CastParams {
     uint resolution;   // edge of the space [voxels]
     uint ray_count;
     float contour_slack;   // [voxels]
+    uint family;       // rays of one, over all directions
 } params;
 
-#include "shared/frame.glsl"
+#include "shared/environment.glsl"
 #include "gi/shared/voxel/trace/trace.glsl"
 
 void main() {
@@ -29,8 +30,11 @@ void main() {
         floatBitsToUint(ray.origin.w), floatBitsToUint(ray.direction.w));
     float entry;
     int slot = trace(origin, direction, vec3(0.0), vec3(0.0), settings, entry);
-    vec4 light = vec4(frame.environment.rgb, uintBitsToFloat(0x7f800000u));
-    if (slot >= 0) {
+    vec4 light;
+    if (slot < 0) {
+        vec3 radiance = environment_of_ray(direction, params.family);
+        light = vec4(radiance, uintBitsToFloat(0x7f800000u));
+    } else {
         float half_edge = 0.5 * voxel_edge(origin + direction * entry);
         light = vec4(radiance_along(uint(slot), direction), (entry + half_edge) * params.grid.w);
     }

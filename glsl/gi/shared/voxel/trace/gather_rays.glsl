@@ -29,7 +29,7 @@ void main() {
         float distance;
         int slot = trace(origin, direction, receiver, normal, settings, distance);
         if (slot < 0) {
-            radiance += frame.environment.rgb;
+            radiance += environment_of(rays, direction);
         } else {
             radiance += radiance_along(uint(slot), direction);
             occlusion += 1.0 / (1.0 + params.ao_falloff * distance * params.grid.w);

@@ -28,7 +28,7 @@ void main() {
         if (dot(direction, normal) <= 0.0) continue;
         RayHit hit = closest_hit(origin, direction, NO_TRIANGLE);
         if (hit.triangle == NO_TRIANGLE) {
-            radiance += frame.environment.rgb;
+            radiance += environment_of(rays, direction);
         } else {
             uvec3 v = vertices_of(hit.triangle);
             vec3 a = position_of(v.x);

@@ -3,6 +3,7 @@
 #ifndef LUMIVOX_PIXEL
 #define LUMIVOX_PIXEL
 
+#include "shared/environment.glsl"
 #include "shared/receiver.glsl"
 #include "shared/directions.glsl"
 #include "gi/shared/voxel/trace/chance.glsl"
@@ -36,6 +37,12 @@ vec3 ray_direction(PixelRays rays, uint i) {
     float u = (float(i) + rays.offset.x) / float(params.ray_count);
     return hemisphere_direction(
         rays.around, u, float(i) * GOLDEN_ANGLE + rays.offset.y * 2.0 * PI);
+}
+
+// What a ray that meets nothing brings.
+vec3 environment_of(PixelRays rays, vec3 direction) {
+    return environment_of_scattered(
+        direction, dot(direction, rays.surface.shading_normal) / PI, params.ray_count);
 }
 
 // Adds what the rays of this dispatch have seen: E = π/n Σ L, V = 1 − 1/n Σ occlusion.

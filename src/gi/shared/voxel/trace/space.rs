@@ -264,6 +264,8 @@ gpu_struct! {
         pub ray_count: u32,
         /// Slack of the contour test (voxels).
         pub contour_slack: f32,
+        /// Rays of a family, over all directions.
+        pub family: u32,
     }
 }
 
@@ -278,6 +280,7 @@ impl Space<'_> {
                 resolution: self.grid.resolution,
                 ray_count: rays.count,
                 contour_slack,
+                family: rays.of_family,
             })
             .dispatch(linear_groups(rays.count));
     }

@@ -1,0 +1,79 @@
+//! The environment: one radiance, or a sky that is scaled and turned.
+
+use std::sync::Arc;
+
+use egui::{DragValue, Slider, Ui};
+use glam::Vec3;
+
+use super::lights::show_power;
+use super::row;
+use crate::scene::{ClearSky, Environment, Sky, SkySource};
+
+/// Shows what it is, and how it may differ.
+pub(super) fn show(ui: &mut Ui, environment: &mut Environment, held: &mut bool) {
+    let mut wanted = None;
+    match environment {
+        Environment::Uniform(radiance) => {
+            show_power(
+                ui,
+                "environment",
+                "constant radiance that comes from everywhere [W/(m² sr)]",
+                radiance,
+                held,
+            );
+            let hint = "a cloudless sky with a sun, in place of the constant";
+            if ui.button("clear sky").on_hover_text(hint).clicked() {
+                // As bright as a picture at exposure 1 can show.
+                wanted = Some((ClearSky::default(), 0.02, 0.0));
+            }
+        }
+        Environment::Map(sky) => {
+            let (mut scale, mut rotate_deg) = (sky.scale(), sky.rotate_deg());
+            let speed = 0.01 * f64::from(scale.max(1e-3));
+            let drag = DragValue::new(&mut scale).range(0.0..=1e9).speed(speed);
+            row(ui, "sky", "radiance of a texel of 1 [W/(m² sr)]", |ui| {
+                *held |= ui.add(drag).dragged();
+            });
+            let slider = Slider::new(&mut rotate_deg, 0.0..=360.0).suffix("°");
+            row(
+                ui,
+                "turned",
+                "about +y; or drag in the picture with Alt held",
+                |ui| {
+                    *held |= ui.add(slider).dragged();
+                },
+            );
+            if let Some(SkySource::Clear(clear)) = sky.source() {
+                let mut clear = *clear;
+                let height = Slider::new(&mut clear.sun_height_deg, 0.0..=90.0).suffix("°");
+                row(ui, "sun", "height of the sun over the horizon", |ui| {
+                    *held |= ui.add(height).dragged();
+                    ui.checkbox(&mut clear.has_sun, "disc");
+                });
+                let turbidity = Slider::new(&mut clear.turbidity, 1.0..=10.0);
+                row(ui, "turbidity", "haze: 2 is clear, 6 is hazy", |ui| {
+                    *held |= ui.add(turbidity).dragged();
+                });
+                if sky.source() != Some(&SkySource::Clear(clear)) {
+                    wanted = Some((clear, scale, rotate_deg));
+                }
+            }
+            if (scale, rotate_deg) != (sky.scale(), sky.rotate_deg()) {
+                *sky = Arc::new(sky.with(scale, rotate_deg));
+            }
+            if ui
+                .button("constant")
+                .on_hover_text("no map any more")
+                .clicked()
+            {
+                *environment = Vec3::ZERO.into();
+                return;
+            }
+        }
+    }
+    if let Some((clear, scale, rotate_deg)) = wanted
+        && let Ok(sky) = Sky::clear(clear)
+    {
+        *environment = sky.with(scale, rotate_deg).into();
+    }
+}
