@@ -3,10 +3,10 @@
 use glam::Vec3;
 
 use super::sampler::Sampler;
-use super::texture::TextureSampler;
 use super::world::{Surface, World};
 use crate::image::luminance;
 use crate::scene::rays::{Hit, corners};
+use crate::scene::texture_sampler::TextureSampler;
 use crate::scene::{Light, Scene};
 
 /// Up to this many analytic lights are all evaluated at a vertex; of more, one is drawn in

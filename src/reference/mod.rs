@@ -32,7 +32,6 @@ mod render;
 mod result;
 mod sampler;
 mod substitute;
-mod texture;
 mod world;
 
 pub use self::cache::{cache_dir, cached};

@@ -34,7 +34,7 @@ mod directions;
 pub mod faces;
 pub mod gather;
 mod grid;
-mod inflow;
+pub mod inflow;
 pub mod inject;
 pub mod jacobi;
 pub mod leaf_sweep;

@@ -3,10 +3,10 @@
 
 use glam::Vec4;
 
-use crate::scene::{Texture, TextureKind};
+use super::{Texture, TextureKind};
 
 /// Decodes and filters textures.
-pub(super) struct TextureSampler {
+pub(crate) struct TextureSampler {
     /// Linear value of each 8-bit sRGB value.
     srgb: [f32; 256],
     /// Linear value of each 8-bit linear value.
@@ -14,7 +14,7 @@ pub(super) struct TextureSampler {
 }
 
 impl TextureSampler {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let decode = |kind| {
             std::array::from_fn(|value| {
                 let texel = [value as u8; 4];
@@ -36,7 +36,7 @@ impl TextureSampler {
     }
 
     /// Bilinear sample with repeat addressing; (u, v) with v upwards.
-    pub(super) fn sample(&self, texture: &Texture, [u, v]: [f32; 2]) -> Vec4 {
+    pub(crate) fn sample(&self, texture: &Texture, [u, v]: [f32; 2]) -> Vec4 {
         let x = u * texture.width as f32 - 0.5;
         let y = (1.0 - v) * texture.height as f32 - 0.5;
         let (x0, y0) = (x.floor(), y.floor());
@@ -55,7 +55,7 @@ impl TextureSampler {
     }
 
     /// The mean of all texels, decoded.
-    pub(super) fn mean(&self, texture: &Texture) -> Vec4 {
+    pub(crate) fn mean(&self, texture: &Texture) -> Vec4 {
         let sum = texture
             .texels
             .iter()
