@@ -1,17 +1,32 @@
-//! Tells the program which path tracer it has: references that are kept on disk are of one build of
-//! it.
+//! Tells the program which path tracer it has, and what works transfer out: what is kept on disk is
+//! of one build of them.
 
 use std::collections::hash_map::DefaultHasher;
 use std::hash::{Hash as _, Hasher as _};
 use std::path::{Path, PathBuf};
+
+/// All that a transfer depends on, besides the scene.
+const TRANSFER: [&str; 5] = [
+    "src/gi/prt",
+    "src/gi/shared/sh",
+    "src/scene",
+    "src/image",
+    "Cargo.lock",
+];
 
 /// All that a reference depends on, besides the scene: the tracer, the scenes and textures that it
 /// reads, and the crates below them.
 const SOURCES: [&str; 4] = ["src/reference", "src/scene", "src/image", "Cargo.lock"];
 
 fn main() -> std::io::Result<()> {
+    tell_hash("LUMIVOX_TRACER", &SOURCES)?;
+    tell_hash("LUMIVOX_TRANSFER", &TRANSFER)
+}
+
+/// Sets a variable to the hash of all files of these sources.
+fn tell_hash(variable: &str, sources: &[&str]) -> std::io::Result<()> {
     let mut files = Vec::new();
-    for source in SOURCES {
+    for source in sources {
         println!("cargo::rerun-if-changed={source}");
         list(Path::new(source), &mut files)?;
     }
@@ -20,7 +35,7 @@ fn main() -> std::io::Result<()> {
     for file in files {
         (file.to_string_lossy(), std::fs::read(&file)?).hash(&mut hasher);
     }
-    println!("cargo::rustc-env=LUMIVOX_TRACER={:016x}", hasher.finish());
+    println!("cargo::rustc-env={variable}={:016x}", hasher.finish());
     Ok(())
 }
 

@@ -74,6 +74,11 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), Error> {
     write_file(path, |file| file.write_all(text.as_bytes()))
 }
 
+/// Writes a file of bytes.
+pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    write_file(path, |file| file.write_all(bytes))
+}
+
 /// Where a path leads, links followed, whether or not there is a file.
 pub fn resolve(path: &Path) -> PathBuf {
     let mut target = path.to_owned();

@@ -2,7 +2,7 @@
 
 use std::ffi::{OsStr, OsString};
 use std::io::{ErrorKind, Write as _};
-use std::sync::OnceLock;
+use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::Duration;
 
 use crate::gi::entry::Entry;
@@ -284,6 +284,8 @@ impl DeviceArgs {
             device_rays: self.rays,
             validate,
             faults,
+            cache_dir: Some(cache_dir()),
+            progress: Some(show_work),
             ..GpuOptions::default()
         })
     }
@@ -436,6 +438,26 @@ pub(super) fn progress_bar(quiet: bool, steps: usize) -> ProgressBar {
         ProgressStyle::with_template("{msg:12} {bar:40} {pos}/{len} {elapsed} (about {eta} left)")
             .unwrap_or_else(|_| ProgressStyle::default_bar());
     ProgressBar::new(steps as u64).with_style(style)
+}
+
+/// Shows on stderr, where that is a terminal, how far the host is with work that takes long.
+fn show_work(what: &'static str, share: f32) {
+    static BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
+    let mut bar = BAR.lock().unwrap_or_else(PoisonError::into_inner);
+    if share >= 1.0 {
+        if let Some(bar) = bar.take() {
+            bar.finish_and_clear();
+        }
+        return;
+    }
+    let shown = bar.get_or_insert_with(|| {
+        let style = ProgressStyle::with_template(
+            "{msg:12} {bar:40} {percent}% {elapsed} (about {eta} left)",
+        )
+        .unwrap_or_else(|_| ProgressStyle::default_bar());
+        ProgressBar::new(1000).with_style(style).with_message(what)
+    });
+    shown.set_position((1000.0 * share) as u64);
 }
 
 /// What a piece of work is and how long it takes, on stderr while it runs, where that is a

@@ -12,6 +12,7 @@ pub mod inspect;
 pub mod lpv;
 pub mod none;
 pub mod probes;
+pub mod prt;
 pub mod ray_traced;
 pub mod registry;
 pub mod settings;

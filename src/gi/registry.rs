@@ -6,6 +6,7 @@ use super::entry::{Entry, Stage};
 use super::lpv;
 use super::none;
 use super::probes;
+use super::prt;
 use super::ray_traced;
 use super::settings::listed;
 use super::voxel_cones::{clipmap, mips, svo};
@@ -25,6 +26,7 @@ pub static TECHNIQUES: &[&Entry] = &[
     &probes::irradiance::ENTRY,
     &probes::light_field::ENTRY,
     &probes::cascades::ENTRY,
+    &prt::ENTRY,
 ];
 
 /// The technique that commands take where none is named.

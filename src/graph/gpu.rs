@@ -1,5 +1,6 @@
 //! The context that everything uses: one device, its resources, and frames run on it.
 
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
@@ -35,6 +36,11 @@ pub struct GpuOptions {
     /// With the validation layer, which checks every access to a buffer too: slow, and clamps
     /// nothing.
     pub check_accesses: bool,
+    /// The folder in which what the host has worked out is kept; `None`: nothing is.
+    pub cache_dir: Option<PathBuf>,
+    /// Told what the host works out that takes long, and which share of it is done, 0 to 1, from
+    /// any thread.
+    pub progress: Option<fn(&'static str, f32)>,
     /// New memory is full of rubbish, for tests.
     #[doc(hidden)]
     pub poison: bool,
@@ -72,6 +78,8 @@ pub struct Gpu {
     trace: bool,
     isolate: bool,
     device_rays: bool,
+    cache_dir: Option<PathBuf>,
+    progress: Option<fn(&'static str, f32)>,
 }
 
 /// What one frame at a time needs.
@@ -106,7 +114,21 @@ impl Gpu {
             trace: options.trace_barriers,
             isolate: options.isolate_passes,
             device_rays,
+            cache_dir: options.cache_dir.clone(),
+            progress: options.progress,
         })
+    }
+
+    /// The folder in which what the host has worked out is kept, if any.
+    pub fn cache_dir(&self) -> Option<&Path> {
+        self.cache_dir.as_deref()
+    }
+
+    /// Tells whoever waits which share of some work of the host is done.
+    pub fn tell(&self, what: &'static str, share: f32) {
+        if let Some(tell) = self.progress {
+            tell(what, share);
+        }
     }
 
     /// Replaces the faults that it was opened with, except faults of features. Returns how many

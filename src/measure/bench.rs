@@ -220,6 +220,8 @@ pub fn measure(
 pub fn open(options: &GpuOptions, timing: Timing) -> Result<Gpu, Error> {
     Gpu::new(&GpuOptions {
         isolate_passes: timing == Timing::Host,
+        // What is built is measured.
+        cache_dir: None,
         ..options.clone()
     })
 }

@@ -139,6 +139,9 @@ fn clusters(scene: &Scene) -> Vec<Cluster> {
 
 /// A scene's buffers and textures on the device.
 pub struct GpuScene {
+    /// The scene itself as it was uploaded, for what is worked out on the host of its geometry and
+    /// materials.
+    pub host: Arc<Scene>,
     /// Set 0: the frame constants and the buffers of geometry, materials and lights.
     pub set: Arc<SceneSet>,
     /// Set 2 of each material.
@@ -365,6 +368,7 @@ impl GpuScene {
         let material_textures: Vec<[Option<u32>; 4]> =
             scene.materials.iter().map(textures_of).collect();
         Ok(GpuScene {
+            host: Arc::new(scene.clone()),
             set,
             materials: material_sets(gpu, &textures, &material_textures)?,
             batches: scene.batches(),

@@ -112,12 +112,16 @@ pub enum Error {
         /// Threads that were not done.
         thread_count: u32,
     },
-    /// A scene has an environment map.
-    #[error(
-        "{0} has an environment map, which only `lumivox reference` knows so far; give it \
-         `environment = {{ radiance = [R, G, B] }}` by --with"
-    )]
-    EnvironmentMap(String),
+    /// A scene is not one that a technique can light.
+    #[error("{technique}: {problem}; {hint}")]
+    Unsuited {
+        /// Name of the technique.
+        technique: &'static str,
+        /// Why.
+        problem: String,
+        /// What to do.
+        hint: String,
+    },
     /// A technique does not lend its store as another wants it.
     #[error("the store of {lender}: {problem}")]
     NotLent {

@@ -22,6 +22,7 @@ mod metrics;
 mod output;
 mod placement;
 mod properties;
+mod prt;
 mod reference;
 mod repository;
 mod scene;

@@ -545,6 +545,7 @@ fn static_scenes_pay_nothing() {
                 "irradiance-probes",
                 "light-field-probes",
                 "probe-cascades",
+                "prt",
                 "clipmap",
                 "lpv",
                 "lpv-cascaded",

@@ -5,7 +5,7 @@ use crate::support::compare::larger;
 use crate::support::gpu;
 use crate::support::technique::{
     Case, Surfaces, cases, default_cases, default_cases_with, frame, is_sound, largest_difference,
-    moving_room, small_lights, small_room,
+    moving_cases, moving_room, small_lights, small_room,
 };
 use glam::Vec3;
 use lumivox::frame::Renderer;
@@ -43,7 +43,7 @@ fn effort(is_default: bool) -> (&'static [f32], &'static str) {
 fn followed_pictures_are_those_of_a_new_renderer() {
     let gpu = gpu();
     let defaults = default_cases();
-    for (index, case) in cases().iter().enumerate() {
+    for (index, case) in moving_cases().iter().enumerate() {
         let is_default = defaults.iter().any(|default| default.name() == case.name());
         for (turn, surfaces) in Surfaces::ALL
             .into_iter()
@@ -72,7 +72,10 @@ fn followed_bounces_are_those_of_a_new_renderer() {
     let gpu = gpu();
     let (name, light) = small_lights()[0];
     let defaults = default_cases();
-    for case in cases().iter().filter(|case| case.entry.name != "none") {
+    for case in moving_cases()
+        .iter()
+        .filter(|case| case.entry.name != "none")
+    {
         let is_default = defaults.iter().any(|default| default.name() == case.name());
         let (times, resolution) = effort(is_default);
         let pairs = [

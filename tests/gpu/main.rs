@@ -62,6 +62,7 @@ mod probes_time;
 mod probes_view;
 mod probes_voxels;
 mod properties;
+mod prt;
 mod ray_spaces;
 mod rays;
 mod rules;

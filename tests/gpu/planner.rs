@@ -126,7 +126,13 @@ struct Life {
 }
 
 /// Few, which run every pass of every technique between them.
-const LIVES: [Life; 57] = [
+const LIVES: [Life; 58] = [
+    Life {
+        technique: "prt",
+        preset: Some("fast"),
+        pairs: &[("cells", "4"), ("transfer_rays", "64")],
+        surfaces: Surfaces::Masked,
+    },
     Life {
         technique: "probe-cascades",
         preset: Some("default"),

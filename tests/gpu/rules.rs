@@ -141,10 +141,14 @@ fn combinations() -> Vec<(Case, Vec<(&'static str, &'static str)>)> {
     let reflected = default_cases().into_iter();
     let reflected = reflected.filter(|case| has(case, "parallax"));
     let reflected = reflected.map(|case| (case, PREFILTERED.to_vec()));
+    let windowed = default_cases().into_iter();
+    let windowed = windowed.filter(|case| has(case, "window_width"));
+    let windowed = windowed.map(|case| (case, vec![("window", "hann")]));
     let shared = default_cases().into_iter();
     let shared = shared.flat_map(|case| SHARED.map(|pairs| (case, pairs.to_vec())));
     (presets.chain(more).chain(streams).chain(bounces))
         .chain(moved)
+        .chain(windowed)
         .chain(mapped)
         .chain(voxels)
         .chain(borrowed)

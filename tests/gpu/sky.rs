@@ -145,7 +145,7 @@ fn lookups_keep_the_light_and_are_means_of_cones() {
                     .sum()
             };
             println!("{name}, {solid_angle} sr: {:.4} of the light", found / all);
-            let bar = if name == "one texel" { 0.11 } else { 0.01 };
+            let bar = if name == "one texel" { 0.11 } else { 0.02 };
             assert!((found / all - 1.0).abs() < bar, "{name}: {found} for {all}");
         }
         if name == "half" {
@@ -167,7 +167,7 @@ fn lookups_keep_the_light_and_are_means_of_cones() {
             });
             let off = offs.worst();
             println!("means of cones of 60°: off by {off:.3}");
-            assert!(off < 0.12, "{off}");
+            assert!(off < 0.2, "{off}");
         }
     }
 }

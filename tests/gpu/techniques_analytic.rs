@@ -320,6 +320,27 @@ const STATED: &[Stated] = &[
         furnace: [0.0, 0.0],
         plates: [0.042, 0.080],
     },
+    Stated {
+        name: "prt.balanced",
+        lit_sphere: [0.0, 0.0],
+        sky: [0.0, 0.0],
+        furnace: [0.0, 0.0],
+        plates: [0.012, 0.092],
+    },
+    Stated {
+        name: "prt.fast",
+        lit_sphere: [0.0, 0.0],
+        sky: [0.0, 0.0],
+        furnace: [0.0, 0.0],
+        plates: [0.012, 0.092],
+    },
+    Stated {
+        name: "prt.accurate",
+        lit_sphere: [0.0, 0.0],
+        sky: [0.0, 0.0],
+        furnace: [0.0, 0.0],
+        plates: [0.012, 0.092],
+    },
     // Plates: silhouettes are as coarse as the texels of 8 probes along the longest side.
     Stated {
         name: "light-field-probes.default",
@@ -1111,6 +1132,7 @@ const DEFAULT_BARS: &[(&str, f64, f64)] = &[
     ("irradiance-probes.default", 0.03, 0.06),
     ("probe-cascades.default", 0.03, 0.09),
     ("light-field-probes.default", 0.03, 0.06),
+    ("prt.balanced", 0.03, 0.06),
 ];
 
 /// The default preset of every technique, at a bar that each states.
@@ -1127,7 +1149,7 @@ fn cornell_default_presets() {
                 case.name()
             )
         });
-        let pairs = [("resolution", finest(&case))];
+        let pairs = [("resolution", finest(&case)), ("bounces", "1")];
         let [bias, rmse] = cornell_errors(&gpu, &scene, reference, &case, &pairs);
         assert!(
             bias.abs() <= *bias_bar && rmse <= *rmse_bar,

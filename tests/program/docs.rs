@@ -229,6 +229,7 @@ fn keys_of_the_parser() -> BTreeSet<String> {
         "[camera]\n",
         "[[light]]\n",
         "[environment]\n",
+        "[environment.clear_sky]\n",
     ] {
         std::fs::write(&path, format!("{table}zz = 1\n")).unwrap();
         let error = Scene::load(&path, &LoadOptions::default())

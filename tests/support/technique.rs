@@ -49,12 +49,20 @@ pub fn cases() -> Vec<Case> {
     TECHNIQUES.iter().flat_map(|entry| presets(entry)).collect()
 }
 
-/// Every preset of every technique that computes a bounce.
+/// Every preset of every technique that computes a bounce of all lights.
 pub fn bounce_cases() -> Vec<Case> {
+    let knows_lights = |case: &Case| case.settings(&[]).find_choice("lights") != Some("ignore");
     cases()
         .into_iter()
-        .filter(|case| case.bounces() > 0)
+        .filter(|case| case.bounces() > 0 && knows_lights(case))
         .collect()
+}
+
+/// Every preset of every technique that follows models which move.
+pub fn moving_cases() -> Vec<Case> {
+    let mut cases = cases();
+    cases.retain(|case| !case.has("dynamic"));
+    cases
 }
 
 /// The default preset of every technique that computes a bounce.
@@ -79,7 +87,13 @@ pub fn default_cases_with(pair: &str) -> Vec<Case> {
 
 /// What makes techniques small that have no resolution, so that tests are short, and complete in a
 /// frame.
-const SMALL: &[(&str, &str)] = &[("probes", "8"), ("probes_per_frame", "0")];
+const SMALL: &[(&str, &str)] = &[
+    ("probes", "8"),
+    ("probes_per_frame", "0"),
+    ("transfer_rays", "64"),
+    ("cells", "8"),
+    ("dynamic", "freeze"),
+];
 
 impl std::fmt::Debug for Case {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {

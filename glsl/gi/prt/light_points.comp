@@ -1,0 +1,36 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// prt.light_points: irradiance of points from their transfer, E = Σ L_i T_i (Rust: prt::transfer),
+// before it is clamped. A thread a point.
+layout(local_size_x = 64) in;
+
+// red, green and blue of a function after the other, half floats in pairs: a word of all points,
+// then the next word of all
+layout(std430, set = 1, binding = 0) restrict readonly buffer Transfer { uint transfer_words[]; };
+// rgb: the light, a row a function
+layout(std430, set = 1, binding = 1) restrict readonly buffer Light { vec4 light[]; };
+// rgb: irradiance [W/m²]; w: ambient visibility
+layout(std430, set = 1, binding = 2) restrict buffer PointLight { vec4 point_light[]; };
+
+layout(push_constant) uniform LightParams {
+    uint first_point;      // of this buffer
+    uint point_count;
+    uint function_count;   // even: of an odd number the last is dark
+} params;
+
+void main() {
+    uint group = gl_WorkGroupID.x + gl_WorkGroupID.y * 65535u;
+    uint own = group * 64u + gl_LocalInvocationID.x;
+    if (own >= params.point_count) return;
+    vec3 sum = vec3(0.0);
+    uint word = own;
+    for (uint i = 0u; i < params.function_count; i += 2u) {
+        vec2 rg = unpackHalf2x16(transfer_words[word]);
+        vec2 br = unpackHalf2x16(transfer_words[word + params.point_count]);
+        vec2 gb = unpackHalf2x16(transfer_words[word + 2u * params.point_count]);
+        sum += light[i].rgb * vec3(rg, br.x) + light[i + 1u].rgb * vec3(br.y, gb);
+        word += 3u * params.point_count;
+    }
+    uint point = params.first_point + own;
+    point_light[point] = vec4(sum, point_light[point].w);
+}

@@ -1,0 +1,117 @@
+//! The light, as one number for each function that transfer is kept of.
+
+use std::sync::Arc;
+
+use glam::{DMat3, DVec3, Vec3};
+
+use super::transfer::{TransferSettings, project_sky};
+use crate::gi::Settings;
+use crate::gi::shared::sh::{self, Rotation};
+use crate::render::GpuScene;
+use crate::scene::{Light, Sky};
+
+/// What damps high bands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Window {
+    None,
+    Hann(f64),
+    Lanczos(f64),
+}
+
+/// The light of a scene, kept for as long as it is the same.
+pub(super) struct Lights {
+    window: Window,
+    /// The harmonics of the last sky's map, before it is scaled and turned.
+    map: Option<(Arc<Sky>, Vec<DVec3>)>,
+    /// What it was worked out of.
+    made_of: Option<(Vec<Light>, Vec3, Option<Arc<Sky>>)>,
+    now: Vec<[f32; 3]>,
+}
+
+impl Lights {
+    pub(super) fn new(settings: &Settings) -> Self {
+        let width = f64::from(settings.number("window_width"));
+        Lights {
+            window: match settings.choice("window") {
+                "hann" => Window::Hann(width),
+                "lanczos" => Window::Lanczos(width),
+                _ => Window::None,
+            },
+            map: None,
+            made_of: None,
+            now: Vec::new(),
+        }
+    }
+
+    /// A row a function, as they were last.
+    pub(super) fn now(&self) -> &[[f32; 3]] {
+        &self.now
+    }
+
+    /// A row a function, where the light is another than before.
+    pub(super) fn of(
+        &mut self,
+        scene: &GpuScene,
+        transfer: &TransferSettings,
+    ) -> Option<Vec<[f32; 3]>> {
+        let environment = &scene.environment;
+        let of = (
+            scene.lights.clone(),
+            environment.radiance,
+            environment.sky().cloned(),
+        );
+        if self.made_of.as_ref() == Some(&of) {
+            return None;
+        }
+        let mut harmonics = self.harmonics(environment.radiance, of.2.as_ref(), transfer.order);
+        let factors = match self.window {
+            Window::None => vec![1.0; transfer.order as usize],
+            Window::Hann(width) => sh::hann(transfer.order as usize, width),
+            Window::Lanczos(width) => sh::lanczos(transfer.order as usize, width),
+        };
+        for (l, factor) in (0..).zip(&factors) {
+            harmonics[l * l..(l + 1) * (l + 1)]
+                .iter_mut()
+                .for_each(|rgb| *rgb *= *factor);
+        }
+        let mut rows: Vec<[f32; 3]> = harmonics.iter().map(|rgb| rgb.as_vec3().into()).collect();
+        if transfer.has_lights {
+            // What emits is in its column as bright as it is.
+            rows.extend(scene.is_emissive.then_some([1.0; 3]));
+            rows.extend(scene.lights.iter().map(|light| match *light {
+                Light::Directional { irradiance, .. } => irradiance.to_array(),
+                Light::Point { intensity, .. } | Light::Spot { intensity, .. } => {
+                    intensity.to_array()
+                }
+            }));
+        }
+        self.made_of = Some(of);
+        self.now.clone_from(&rows);
+        Some(rows)
+    }
+
+    fn harmonics(&mut self, radiance: Vec3, sky: Option<&Arc<Sky>>, order: u32) -> Vec<DVec3> {
+        let Some(sky) = sky else {
+            let mut all = vec![DVec3::ZERO; (order * order) as usize];
+            all[0] = (4.0 * std::f64::consts::PI).sqrt() * radiance.as_dvec3();
+            return all;
+        };
+        let is_known = |(known, _): &&(Arc<Sky>, Vec<DVec3>)| known.is_of_map(sky);
+        let plain = match self.map.as_ref().filter(is_known) {
+            Some((_, plain)) => plain.clone(),
+            None => project_sky(order, sky),
+        };
+        self.map = Some((Arc::clone(sky), plain.clone()));
+        let turn = DMat3::from_rotation_y(f64::from(sky.rotate_deg()).to_radians());
+        let rotation = Rotation::new(order as usize, turn);
+        let channel = |channel: usize| {
+            let own: Vec<f64> = plain.iter().map(|rgb| rgb[channel]).collect();
+            rotation.apply(&own)
+        };
+        let [r, g, b] = [0, 1, 2].map(channel);
+        let scale = f64::from(sky.scale());
+        (r.iter().zip(&g).zip(&b))
+            .map(|((r, g), b)| scale * DVec3::new(*r, *g, *b))
+            .collect()
+    }
+}

@@ -1,0 +1,220 @@
+//! Technique `prt`: precomputed radiance transfer (Sloan, Kautz & Snyder 2002). What light each
+//! point of the scene's surfaces gets from each function of the environment is worked out once, on
+//! the host. Then the environment may turn, grow brighter and be another, at the cost of one sum a
+//! point; nothing may move.
+//!
+//! - [`lattice`]: the points.
+//! - [`transfer`]: what light they get, by rays on the host.
+//! - [`cache`]: the same, kept on disk.
+//! - [`light`]: the light, as one number for each of its functions.
+//! - [`passes`]: points are lit, and pixels look them up.
+
+mod cache;
+pub mod lattice;
+mod light;
+mod passes;
+mod settings;
+pub mod transfer;
+
+pub use passes::{GATHER, LIGHT_POINTS, LightParams, POINTS};
+
+use super::entry::{Entry, Stage};
+use super::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
+use crate::graph::{Error, Frame, FrameStats, Gpu};
+use crate::render::{GpuScene, Receivers};
+use light::Lights;
+use passes::{Points, Seen};
+use settings::{PRESETS, RULES, SETTINGS};
+use transfer::{Transfer, TransferSettings};
+
+/// The work of the host, as a pass ([`FrameStats::of_host`]).
+const BUILD: &str = "prt.build";
+
+/// The row of the registry.
+pub static ENTRY: Entry = Entry {
+    bounces: |settings| Some(settings.count("bounces")),
+    settings: &[SETTINGS],
+    rules: &[RULES],
+    presets: PRESETS,
+    passes: &[&[&LIGHT_POINTS, &POINTS, &GATHER]],
+    stages: &[
+        &Stage::store("transfer", &[BUILD]),
+        &Stage::store("light of points", &["prt.light_points"]),
+        &Stage::picture("gather", &["prt.points", "prt.gather"]),
+    ],
+    ..Entry::new(
+        "prt",
+        "precomputed radiance transfer: skies that turn over a scene that stands still",
+        make,
+    )
+};
+
+fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
+    Ok(Box::new(Prt::new(context, settings)?))
+}
+
+struct Prt {
+    transfer: TransferSettings,
+    clamps: bool,
+    points_max: u64,
+    lights: Lights,
+    seen: Seen,
+    built: Option<Built>,
+}
+
+/// What a build leaves.
+struct Built {
+    points: Points,
+    counts: Vec<(&'static str, u64)>,
+    /// The light that points have is not that of the scene.
+    is_stale: bool,
+}
+
+impl Prt {
+    fn new(context: &Context<'_>, settings: &Settings) -> Result<Self, Error> {
+        let &Context { gpu, scene, .. } = context;
+        let refused = |problem: String, hint: &str| Error::Unsuited {
+            technique: ENTRY.name,
+            problem,
+            hint: hint.to_owned(),
+        };
+        if let Some(model) = scene.host.models.iter().find(|model| model.dynamic) {
+            let moves = format!("the model {} may move", model.name);
+            if settings.is("dynamic", "error") {
+                let hint = "`dynamic=freeze` lights it where it stands at first";
+                return Err(refused(moves, hint));
+            }
+            log::warn!("prt: {moves}; its light stays as it is at first");
+        }
+        if settings.is("lights", "ignore") && (scene.is_emissive || !scene.lights.is_empty()) {
+            let emission = if scene.is_emissive {
+                " and what emits"
+            } else {
+                ""
+            };
+            let count = scene.lights.len();
+            log::warn!("prt: lights=ignore leaves out {count} lights{emission}");
+        }
+        if scene.is_glossy {
+            log::warn!("prt: glossy surfaces mirror nothing: transfer is that of diffuse light");
+        }
+        Ok(Prt {
+            transfer: settings::transfer(settings, scene),
+            clamps: settings.is("negative", "clamp"),
+            points_max: settings.count("points_max").into(),
+            lights: Lights::new(settings),
+            seen: Seen::new(gpu, context.size)?,
+            built: None,
+        })
+    }
+
+    /// More points than are wanted are an error, before anything is worked out.
+    fn check_count(&self, scene: &GpuScene) -> Result<(), Error> {
+        let cell_m = self.transfer.lattice.cell_m;
+        let count = |cell_m| lattice::count_nodes(&scene.host, cell_m);
+        let nodes = count(cell_m);
+        if nodes <= self.points_max {
+            return Ok(());
+        }
+        let (low, high) = scene.bounds;
+        let extent_m = (high - low).max_element();
+        let mut cells = (extent_m / cell_m).round() as u32;
+        while cells > 1 && count(extent_m / cells as f32) > self.points_max {
+            cells = (0.9 * cells as f32) as u32;
+        }
+        let fits = count(extent_m / cells as f32) <= self.points_max;
+        Err(Error::Unsuited {
+            technique: ENTRY.name,
+            problem: format!(
+                "the lattice has {nodes} nodes, more than points_max={}",
+                self.points_max
+            ),
+            hint: if fits {
+                format!("`cells={cells}` fits, or a larger `points_max`")
+            } else {
+                format!(
+                    "the corners of the triangles alone are {}: give a larger `points_max`",
+                    count(f32::INFINITY)
+                )
+            },
+        })
+    }
+}
+
+impl Technique for Prt {
+    fn needs(&self) -> Needs {
+        Needs {
+            maps: MapNeeds::Direct,
+            motion: false,
+        }
+    }
+
+    fn build(&mut self, &Context { gpu, scene, .. }: &Context<'_>) -> Result<FrameStats, Error> {
+        self.built = None;
+        self.check_count(scene)?;
+        let begin = std::time::Instant::now();
+        // Lights may have moved since.
+        let mut host = (*scene.host).clone();
+        host.lights.clone_from(&scene.lights);
+        let progress = |share: f32| gpu.tell("transfer", share);
+        let transfer = match gpu.cache_dir() {
+            Some(folder) => Transfer::kept(&host, self.transfer, folder, &progress),
+            None => Transfer::new(&host, self.transfer, &progress),
+        };
+        let points = Points::new(gpu, &transfer)?;
+        let counts = vec![
+            ("prt_points", transfer.lattice.points.len() as u64),
+            ("prt_points_filled", transfer.filled.into()),
+            ("prt_functions", transfer.functions.into()),
+        ];
+        self.built = Some(Built {
+            points,
+            counts,
+            is_stale: true,
+        });
+        Ok(FrameStats::of_host(BUILD, begin))
+    }
+
+    fn follow(&mut self, context: &Context<'_>, change: Change) -> Result<FrameStats, Error> {
+        match change {
+            // Frozen models stay where they were.
+            Change::Models => Ok(FrameStats::default()),
+            Change::Lights => self.build(context),
+            Change::Camera => {
+                if let Some(built) = &mut self.built {
+                    let wanted = self.lights.of(context.scene, &self.transfer);
+                    if let Some(light) = wanted {
+                        built.points.set_light(context.gpu, &light)?;
+                        built.is_stale = true;
+                    } else if built.is_stale {
+                        let light = self.lights.now();
+                        built.points.set_light(context.gpu, light)?;
+                    }
+                }
+                Ok(FrameStats::default())
+            }
+        }
+    }
+
+    fn update(&mut self, frame: &mut Frame, _given: &Inputs<'_>) {
+        if let Some(built) = self.built.as_mut().filter(|built| built.is_stale) {
+            built.points.light(frame);
+            built.is_stale = false;
+        }
+    }
+
+    fn gather(&mut self, frame: &mut Frame, given: &Inputs<'_>, receivers: &Receivers<'_>) {
+        let Some(built) = &self.built else { return };
+        let drawn = (given.scene, &built.points);
+        self.seen
+            .draw(frame, drawn, given.gbuffer.size, self.clamps);
+        self.seen.gather(frame, receivers);
+    }
+}
+
+impl Inspect for Prt {
+    fn counts(&self, _gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
+        let built = self.built.as_ref();
+        Ok(built.map(|built| built.counts.clone()).unwrap_or_default())
+    }
+}

@@ -1,0 +1,211 @@
+//! Settings, presets and rules.
+
+use super::lattice::LatticeSettings;
+use super::transfer::{Sampling, TransferSettings};
+use crate::gi::settings::{Domain, Group, Preset, Rule, Setting, Settings};
+use crate::render::GpuScene;
+
+/// The technique's settings.
+pub(super) const SETTINGS: &[Setting] = &[
+    Setting {
+        name: "order",
+        help: "bands of spherical harmonics that the environment is kept in: 4 hold a sky, 8 a \
+               light that is 30° wide",
+        unit: "",
+        domain: Domain::Count { min: 2, max: 10 },
+        default: "6",
+    },
+    Setting {
+        name: "cells",
+        help: "cells of the lattice of points along the largest extent of the scene",
+        unit: "",
+        domain: Domain::Count { min: 1, max: 1024 },
+        default: "16",
+    },
+    Setting {
+        name: "inset",
+        help: "how far points move from the border of a surface towards the middle of their cells; \
+               at 0, as published, corners of a room see outside",
+        unit: "",
+        domain: Domain::Number { min: 0.0, max: 0.9 },
+        default: "0.1",
+    },
+    Setting {
+        name: "invalid_share",
+        help: "a point of whose rays a larger share ends on back faces takes what its neighbours \
+               have; 1 keeps all",
+        unit: "",
+        domain: Domain::Number {
+            min: 0.05,
+            max: 1.0,
+        },
+        default: "0.25",
+    },
+    Setting {
+        name: "transfer_rays",
+        help: "rays of a point, in each round of the build",
+        unit: "",
+        domain: Domain::Count { min: 64, max: 8192 },
+        default: "512",
+    },
+    Setting {
+        name: "sampling",
+        help: "where they go: cosine (a spiral that each point turns) or sphere (in strata, the \
+               same for all points, as published)",
+        unit: "",
+        domain: Domain::Choice(&["cosine", "sphere"]),
+        default: "cosine",
+    },
+    Setting {
+        name: "sides",
+        help: "auto (backs of triangles have points where something is seen from there) or front",
+        unit: "",
+        domain: Domain::Choice(&["auto", "front"]),
+        default: "auto",
+    },
+    Setting {
+        name: "points_max",
+        help: "more points are an error",
+        unit: "",
+        domain: Domain::Count {
+            min: 1_000,
+            max: 100_000_000,
+        },
+        default: "2000000",
+    },
+    Setting {
+        name: "dynamic",
+        help: "models that may move: error, or freeze (where they stand at first)",
+        unit: "",
+        domain: Domain::Choice(&["error", "freeze"]),
+        default: "error",
+    },
+    Setting {
+        name: "lights",
+        help: "emission and analytic lights: bake (a column each) or ignore (as published)",
+        unit: "",
+        domain: Domain::Choice(&["bake", "ignore"]),
+        default: "bake",
+    },
+    Setting {
+        name: "window",
+        help: "what damps high bands: none, hann or lanczos; every window makes errors larger or \
+               no smaller",
+        unit: "",
+        domain: Domain::Choice(&["none", "hann", "lanczos"]),
+        default: "none",
+    },
+    Setting {
+        name: "window_width",
+        help: "bands until the window is closed",
+        unit: "",
+        domain: Domain::Number {
+            min: 2.0,
+            max: 64.0,
+        },
+        default: "12",
+    },
+    Setting {
+        name: "negative",
+        help: "irradiance below 0, where bands ring: clamp or keep",
+        unit: "",
+        domain: Domain::Choice(&["clamp", "keep"]),
+        default: "clamp",
+    },
+    Setting {
+        name: "bounces",
+        help: "times that light is reflected, the last time towards the camera",
+        unit: "",
+        domain: Domain::Count { min: 1, max: 8 },
+        default: "3",
+    },
+];
+
+/// The presets.
+pub(super) const PRESETS: &[Preset] = &[
+    Preset {
+        name: "balanced",
+        help: "order 6, 16 cells, three bounces",
+        values: &[],
+    },
+    Preset {
+        name: "fast",
+        help: "order 4, 8 cells, half of the rays: built in a moment",
+        values: &[&[
+            ("order", "4"),
+            ("cells", "8"),
+            ("transfer_rays", "256"),
+            ("bounces", "2"),
+        ]],
+    },
+    Preset {
+        name: "accurate",
+        help: "order 8, 32 cells",
+        values: &[&[("order", "8"), ("cells", "32")]],
+    },
+    Preset {
+        name: "textbook",
+        help: "as published: points at corners, one set of rays over the sphere, the environment \
+               alone",
+        values: &[&[
+            ("order", "5"),
+            ("cells", "8"),
+            ("inset", "0"),
+            ("invalid_share", "1"),
+            ("transfer_rays", "1024"),
+            ("sampling", "sphere"),
+            ("bounces", "2"),
+            ("lights", "ignore"),
+            ("negative", "keep"),
+            ("sides", "front"),
+        ]],
+    },
+];
+
+/// In which group settings are, and when they have an effect.
+pub(super) const RULES: &[Rule] = &[
+    Rule::always(
+        Group::Structure,
+        &[
+            "cells",
+            "inset",
+            "invalid_share",
+            "sides",
+            "points_max",
+            "dynamic",
+        ],
+    ),
+    Rule::always(
+        Group::Light,
+        &["order", "transfer_rays", "sampling", "lights", "window"],
+    ),
+    Rule {
+        group: Group::Light,
+        settings: &["window_width"],
+        applies: |settings| !settings.is("window", "none"),
+    },
+    Rule::always(Group::Gather, &["negative"]),
+    Rule::always(Group::Bounces, &["bounces"]),
+];
+
+/// How transfer is worked out, in a scene.
+pub(super) fn transfer(settings: &Settings, scene: &GpuScene) -> TransferSettings {
+    let (low, high) = scene.bounds;
+    let extent_m = (high - low).max_element().max(1e-6);
+    TransferSettings {
+        lattice: LatticeSettings {
+            cell_m: extent_m / settings.count("cells") as f32,
+            inset: settings.number("inset"),
+        },
+        order: settings.count("order"),
+        rays: settings.count("transfer_rays"),
+        sampling: match settings.choice("sampling") {
+            "sphere" => Sampling::Sphere,
+            _ => Sampling::Cosine,
+        },
+        bounces: settings.count("bounces"),
+        has_backs: settings.is("sides", "auto"),
+        invalid_share: settings.number("invalid_share"),
+        has_lights: settings.is("lights", "bake"),
+    }
+}

@@ -1,0 +1,306 @@
+//! Transfer on the host: closed forms, symmetry, and what may not matter.
+
+use std::f64::consts::PI;
+
+use glam::{DVec3, Quat, Vec3};
+use lumivox::gi::prt::lattice::LatticeSettings;
+use lumivox::gi::prt::transfer::{Sampling, Transfer, TransferSettings, project_sky};
+use lumivox::gi::shared::sh;
+use lumivox::image::Image;
+use lumivox::scene::{Scene, Sky};
+
+use super::reference::{add, lambert, quad, scene};
+use crate::support::Random;
+use crate::support::compare::Worst;
+
+fn settings(cell_m: f32) -> TransferSettings {
+    TransferSettings {
+        lattice: LatticeSettings { cell_m, inset: 0.1 },
+        order: 6,
+        rays: 1024,
+        sampling: Sampling::Cosine,
+        bounces: 1,
+        has_backs: false,
+        invalid_share: 0.25,
+        has_lights: true,
+    }
+}
+
+fn worked_out(scene: &Scene, settings: TransferSettings) -> Transfer {
+    Transfer::new(scene, settings, &|_| ())
+}
+
+/// Irradiance of a point under a uniform sky of radiance 1.
+fn under_white(transfer: &Transfer, point: usize) -> f64 {
+    f64::from(transfer.row(point)[1]) * (4.0 * PI).sqrt()
+}
+
+fn floor(albedo: f32) -> Scene {
+    let mut scene = scene(Vec3::new(0.0, 3.0, 0.1), Vec3::ZERO, 30.0);
+    let quad = quad(Vec3::new(-1.0, 0.0, 1.0), Vec3::X * 2.0, Vec3::Z * -2.0);
+    add(&mut scene, lambert(albedo), quad);
+    scene
+}
+
+/// All six walls of a box, looking inwards.
+fn room(albedo: f32) -> Scene {
+    let mut scene = floor(albedo);
+    scene.triangles.clear();
+    let (x, y, z) = (2.0 * Vec3::X, 2.0 * Vec3::Y, 2.0 * Vec3::Z);
+    let low = Vec3::new(-1.0, 0.0, -1.0);
+    for (corner, a, b) in [
+        (low, z, x),
+        (low + y, x, z),
+        (low, y, z),
+        (low + x, z, y),
+        (low, x, y),
+        (low + z, y, x),
+    ] {
+        add(&mut scene, lambert(albedo), quad(corner, a, b));
+    }
+    scene
+}
+
+/// T_i = A_l Y_i(n), and E = πL without noise.
+#[test]
+fn a_plane_in_the_open_has_the_cosine_lobe() {
+    let transfer = worked_out(&floor(0.5), settings(0.5));
+    let lobe = sh::rotate_zonal(&sh::clamped_cosine(6), DVec3::Y);
+    let offs = (0..transfer.lattice.points.len()).flat_map(|point| {
+        let row = transfer.row(point).chunks_exact(3);
+        let lobe = &lobe;
+        row.take(36)
+            .zip(lobe)
+            .map(|(rgb, expected)| (f64::from(rgb[0]) - expected).abs())
+            .collect::<Vec<_>>()
+    });
+    let off = offs.worst();
+    println!("{} points, off by {off}", transfer.lattice.points.len());
+    assert_eq!(transfer.lattice.points.len(), 49);
+    assert!(off < 0.006, "{off}");
+    for point in 0..49 {
+        assert!((under_white(&transfer, point) - PI).abs() < 1e-5);
+        assert!((transfer.visibility[point] - 1.0).abs() < 1e-5);
+    }
+}
+
+/// In a closed room all is dark with points moved inwards; with points at its corners it is not, as
+/// published. With all of its light from one wall every bounce is the furnace's.
+#[test]
+fn closed_rooms_are_dark_but_for_corners() {
+    let scene = room(0.5);
+    for cell_m in [1.0, 0.5] {
+        let dark = worked_out(&scene, settings(cell_m));
+        let corners = TransferSettings {
+            lattice: LatticeSettings { cell_m, inset: 0.0 },
+            invalid_share: 1.0,
+            ..settings(cell_m)
+        };
+        let open = worked_out(&scene, corners);
+        let worst = |transfer: &Transfer| {
+            let all = 0..transfer.lattice.points.len();
+            all.map(|point| under_white(transfer, point)).worst()
+        };
+        println!("{cell_m} m: {} and {}", worst(&dark), worst(&open));
+        assert!(worst(&dark) == 0.0 && worst(&open) > 0.3);
+    }
+    // Emission of all walls, two interreflections: π L (1 + ρ + ρ²).
+    let mut furnace = room(0.5);
+    for material in &mut furnace.materials {
+        material.emission = Vec3::splat(2.0);
+    }
+    let bounced = worked_out(
+        &furnace,
+        TransferSettings {
+            bounces: 3,
+            ..settings(0.5)
+        },
+    );
+    let last = 3 * bounced.functions as usize - 3;
+    let offs = (0..bounced.lattice.points.len()).map(|point| {
+        let found = f64::from(bounced.row(point)[last]);
+        (found / (2.0 * PI * 1.75) - 1.0).abs()
+    });
+    let off = offs.worst();
+    println!("furnace: off by {off}");
+    assert!(off < 1e-3, "{off}");
+}
+
+/// Turning a scene turns its transfer; the same scene twice is the same, bit by bit.
+#[test]
+fn transfer_turns_with_the_scene() {
+    let mut scene = floor(0.7);
+    let block = quad(Vec3::new(-0.3, 0.0, 0.2), Vec3::new(0.9, 0.0, 0.1), Vec3::Y);
+    add(&mut scene, lambert(0.4), block);
+    let with = TransferSettings {
+        bounces: 2,
+        has_backs: true,
+        ..settings(0.4)
+    };
+    let first = worked_out(&scene, with);
+    assert!(first.rows == worked_out(&scene, with).rows);
+    let turn = Quat::from_axis_angle(Vec3::new(0.3, -0.5, 0.8).normalize(), 1.1);
+    let mut turned = scene.clone();
+    for vertex in &mut turned.vertices {
+        vertex.position = (turn * Vec3::from(vertex.position)).to_array();
+        vertex.normal = (turn * Vec3::from(vertex.normal)).to_array();
+    }
+    let second = worked_out(&turned, with);
+    assert_eq!(first.lattice.points.len(), second.lattice.points.len());
+    let rotation = sh::Rotation::new(6, glam::DMat3::from_quat(turn.as_dquat()));
+    // A ray at the edge of a block may pass it in one of both.
+    let mut sum = 0.0;
+    for point in 0..first.lattice.points.len() {
+        let own: Vec<f64> = first
+            .row(point)
+            .chunks(3)
+            .map(|rgb| rgb[0].into())
+            .collect();
+        let expected = rotation.apply(&own);
+        let found = second.row(point).chunks(3).map(|rgb| f64::from(rgb[0]));
+        sum += found
+            .zip(&expected)
+            .map(|(a, b)| (a - b).abs())
+            .sum::<f64>();
+    }
+    let off = sum / (36 * first.lattice.points.len()) as f64;
+    println!("off by {off} in the mean");
+    assert!(off < 1e-4, "{off}");
+}
+
+/// A map that is turned has harmonics that are turned; with the sign (−1)^m that other tables have
+/// it has not.
+#[test]
+fn skies_turn_as_their_harmonics_do() {
+    let mut random = Random::new(3);
+    let smooth = |turn: f64| {
+        let (sin, cos) = turn.sin_cos();
+        Image::from_fn(256, 128, |index| {
+            let (u, v) = ((index % 256) as f64 + 0.5, (index / 256) as f64 + 0.5);
+            let (a, up) = (u / 256.0 * 2.0 * PI, v / 128.0 * PI);
+            let (x, z) = (up.sin() * a.sin(), -up.sin() * a.cos());
+            let (x, z) = (cos * x - sin * z, sin * x + cos * z);
+            Vec3::splat((1.5 + x + 0.4 * z * z + 0.2 * up.cos()) as f32)
+        })
+    };
+    let turn = 0.3 + f64::from(random.unit());
+    let plain = project_sky(6, &Sky::new(smooth(0.0), 0.0).unwrap());
+    let turned = project_sky(6, &Sky::new(smooth(turn), 0.0).unwrap());
+    let off = |sign: fn(isize) -> f64| {
+        let flip = |values: &[DVec3]| -> Vec<f64> {
+            let signed = |(at, rgb): (usize, &DVec3)| {
+                let l = at.isqrt();
+                rgb.x * sign(at as isize - (l * l + l) as isize)
+            };
+            values.iter().enumerate().map(signed).collect()
+        };
+        let rotation = sh::Rotation::new(6, glam::DMat3::from_rotation_y(turn));
+        let expected = rotation.apply(&flip(&plain));
+        let found = flip(&turned);
+        found
+            .iter()
+            .zip(&expected)
+            .map(|(a, b)| (a - b).abs())
+            .worst()
+    };
+    let (right, wrong) = (off(|_| 1.0), off(|m| if m % 2 == 0 { 1.0 } else { -1.0 }));
+    println!("off by {right}; with the sign by {wrong}");
+    assert!(right < 1e-4 && wrong > 0.1);
+    // A constant is the first harmonic alone.
+    let white = project_sky(
+        6,
+        &Sky::new(Image::from_fn(256, 128, |_| Vec3::ONE), 0.0).unwrap(),
+    );
+    assert!((white[0].x - (4.0 * PI).sqrt()).abs() < 1e-6);
+    assert!(white[1..].iter().map(|rgb| rgb.x.abs()).worst() < 1e-3);
+}
+
+/// T⁰ between two points of a scene is symmetric: Σ_p A ρ/π T⁰_i T_j = Σ_p A ρ/π T⁰_j T_i.
+#[test]
+fn interreflection_is_reciprocal() {
+    let mut scene = floor(0.5);
+    let wall = quad(Vec3::new(-1.0, 0.0, -1.0), Vec3::X * 2.0, Vec3::Y * 2.0);
+    add(&mut scene, lambert(0.5), wall);
+    let direct = worked_out(&scene, settings(0.125));
+    let all = worked_out(
+        &scene,
+        TransferSettings {
+            bounces: 2,
+            ..settings(0.125)
+        },
+    );
+    let area = |point: usize| {
+        // Points at a border have half a cell, and those in a corner a quarter.
+        let position = direct.lattice.points[point].position;
+        let normal = direct.lattice.points[point].normal;
+        let flat = [position.x, position.y, position.z].map(f64::from);
+        let is_end = |axis: usize, low: f64, high: f64| {
+            let off = (flat[axis] - low).abs().min((flat[axis] - high).abs());
+            if off < 0.04 { 0.5 } else { 1.0 }
+        };
+        match normal.y > 0.5 {
+            true => is_end(0, -1.0, 1.0) * is_end(2, -1.0, 1.0),
+            false => is_end(0, -1.0, 1.0) * is_end(1, 0.0, 2.0),
+        }
+    };
+    let mut h = vec![vec![0.0; 9]; 9];
+    for point in 0..direct.lattice.points.len() {
+        let (first, sum) = (direct.row(point), all.row(point));
+        for (i, row) in h.iter_mut().enumerate() {
+            for (j, entry) in row.iter_mut().enumerate() {
+                let bounced = f64::from(sum[3 * j]) - f64::from(first[3 * j]);
+                *entry += area(point) * f64::from(first[3 * i]) * bounced;
+            }
+        }
+    }
+    let largest = h.iter().flatten().map(|entry| entry.abs()).worst();
+    let offs = (0..9).flat_map(|i| (0..9).map(move |j| (i, j)));
+    let off = offs.map(|(i, j)| (h[i][j] - h[j][i]).abs()).worst() / largest;
+    println!("off by {off} of the largest");
+    assert!(off < 0.01, "{off}");
+}
+
+/// What is kept in a file is what was worked out, bit by bit; a damaged file is worked out again,
+/// and what differs in anything but the environment has a file of its own.
+#[test]
+fn transfer_is_kept_on_disk() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut scene = room(0.5);
+    scene.lights = crate::support::technique::small_lights()
+        .map(|(_, light)| light)
+        .to_vec();
+    let with = TransferSettings {
+        rays: 64,
+        bounces: 2,
+        ..settings(0.5)
+    };
+    let fresh = worked_out(&scene, with);
+    let kept =
+        |scene: &Scene, with: TransferSettings| Transfer::kept(scene, with, folder.path(), &|_| ());
+    let files = || std::fs::read_dir(folder.path()).unwrap().count();
+    assert!(kept(&scene, with) == fresh && kept(&scene, with) == fresh);
+    assert_eq!(files(), 1);
+    // Its brightness is live, as the environment is.
+    scene.environment = Vec3::ONE.into();
+    for light in &mut scene.lights {
+        if let lumivox::scene::Light::Point { intensity, .. } = light {
+            *intensity *= 3.0;
+        }
+    }
+    assert!(kept(&scene, with) == fresh);
+    assert_eq!(files(), 1);
+    let file = std::fs::read_dir(folder.path()).unwrap().next().unwrap();
+    let path = file.unwrap().path();
+    let whole = std::fs::read(&path).unwrap();
+    let mut broken = whole.clone();
+    broken[whole.len() / 2] ^= 1;
+    for damaged in [&broken[..], &whole[..40], &[]] {
+        std::fs::write(&path, damaged).unwrap();
+        assert!(kept(&scene, with) == fresh);
+        assert_eq!(std::fs::read(&path).unwrap(), whole);
+    }
+    scene.materials[0].albedo *= 0.5;
+    assert!(kept(&scene, with) != fresh);
+    assert!(kept(&scene, TransferSettings { rays: 65, ..with }) != fresh);
+    assert_eq!(files(), 3);
+}

@@ -1,0 +1,247 @@
+//! Precomputed radiance transfer on the device: points and pixels against the host, and light that
+//! changes while nothing is worked out anew.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::{DVec3, Vec3};
+use lumivox::frame::Renderer;
+use lumivox::gi::prt::lattice::LatticeSettings;
+use lumivox::gi::prt::transfer::{Sampling, Transfer, TransferSettings};
+use lumivox::gi::shared::sh;
+use lumivox::scene::{Light, Scene, Sky};
+
+use crate::support::compare::Worst;
+use crate::support::technique::{
+    Builder, Case, Surfaces, cases, frame, open_cornell, shoot, small_lights, small_room,
+};
+use crate::support::{Random, gpu};
+
+fn case(preset: &str) -> Case {
+    let mut all = cases().into_iter();
+    all.find(|case| case.entry.name == "prt" && case.preset == Some(preset))
+        .unwrap()
+}
+
+/// The nearest triangle along a ray, its barycentric coordinates and whether its back is seen; the
+/// distance of the next one too.
+fn closest(scene: &Scene, origin: DVec3, direction: DVec3) -> Option<(u32, [f32; 2], bool)> {
+    let mut found: Option<(f64, u32, [f32; 2], bool)> = None;
+    for (number, triangle) in (0..).zip(&scene.triangles) {
+        let [a, b, c] = (triangle.vertices)
+            .map(|vertex| Vec3::from(scene.vertices[vertex as usize].position).as_dvec3());
+        let (e1, e2) = (b - a, c - a);
+        let p = direction.cross(e2);
+        let determinant = e1.dot(p);
+        if determinant.abs() < 1e-12 {
+            continue;
+        }
+        let s = origin - a;
+        let u = s.dot(p) / determinant;
+        let q = s.cross(e1);
+        let v = direction.dot(q) / determinant;
+        let t = e2.dot(q) / determinant;
+        let is_in = u > 1e-4 && v > 1e-4 && u + v < 1.0 - 1e-4 && t > 0.0;
+        if is_in && found.is_none_or(|(nearest, ..)| t < nearest) {
+            let is_back = e1.cross(e2).dot(direction) > 0.0;
+            found = Some((t, number, [u as f32, v as f32], is_back));
+        }
+    }
+    found.map(|(_, number, at, is_back)| (number, at, is_back))
+}
+
+/// ∫ L Y, by the middles of a fine grid.
+fn harmonics(order: u32, sky: &Sky) -> Vec<DVec3> {
+    let rows = 256;
+    let mut sums = vec![DVec3::ZERO; (order * order) as usize];
+    let mut basis = vec![0.0; sums.len()];
+    for row in 0..rows {
+        let edge = |row: u32| (PI * f64::from(row) / f64::from(rows)).cos();
+        let solid_angle = (edge(row) - edge(row + 1)) * TAU / f64::from(2 * rows);
+        let middle = PI * (f64::from(row) + 0.5) / f64::from(rows);
+        for column in 0..2 * rows {
+            let (sin, cos) = (TAU * (f64::from(column) + 0.5) / f64::from(2 * rows)).sin_cos();
+            let direction = DVec3::new(middle.sin() * sin, middle.cos(), -middle.sin() * cos);
+            sh::evaluate(order as usize, direction, &mut basis);
+            let light = solid_angle * sky.radiance(direction.as_vec3()).as_dvec3();
+            sums.iter_mut()
+                .zip(&basis)
+                .for_each(|(sum, y)| *sum += *y * light);
+        }
+    }
+    sums
+}
+
+fn settings_of(scene: &Scene, case: &Case) -> TransferSettings {
+    let settings = case.settings(&[]);
+    let corners = scene
+        .vertices
+        .iter()
+        .map(|vertex| Vec3::from(vertex.position));
+    let (low, high) = corners.fold((Vec3::MAX, Vec3::MIN), |(low, high), corner| {
+        (low.min(corner), high.max(corner))
+    });
+    TransferSettings {
+        lattice: LatticeSettings {
+            cell_m: (high - low).max_element() / settings.count("cells") as f32,
+            inset: settings.number("inset"),
+        },
+        order: settings.count("order"),
+        rays: settings.count("transfer_rays"),
+        sampling: Sampling::Cosine,
+        bounces: settings.count("bounces"),
+        has_backs: true,
+        invalid_share: settings.number("invalid_share"),
+        has_lights: true,
+    }
+}
+
+/// (P3) at each pixel: the transfer of the host, a light that is projected another way, and the
+/// triangles met by brute force.
+#[test]
+fn pixels_show_the_sum_over_transfer() {
+    let gpu = gpu();
+    let mut random = Random::new(5);
+    let [(_, first), (_, second), _] = small_lights();
+    let emissive = small_room(Surfaces::Emissive, vec![first, second]);
+    let mut open = open_cornell();
+    let image = lumivox::image::Image::from_fn(16, 8, |_| {
+        Vec3::new(random.unit(), random.unit(), random.unit())
+    });
+    let sky = Sky::new(image, 0.0).unwrap().with(2.5, 70.0);
+    open.environment = sky.clone().into();
+    for (name, scene) in [("lights and emission", emissive), ("sky and light", open)] {
+        let case = case("balanced");
+        let transfer = Transfer::new(&scene, settings_of(&scene, &case), &|_| ());
+        let mut light = match scene.environment.sky() {
+            Some(sky) => harmonics(transfer.order, sky),
+            None => vec![DVec3::ZERO; (transfer.order * transfer.order) as usize],
+        };
+        light.extend(scene.is_emissive().then_some(DVec3::ONE));
+        light.extend(scene.lights.iter().map(|light| match light {
+            Light::Directional { irradiance, .. } => irradiance.as_dvec3(),
+            Light::Point { intensity, .. } | Light::Spot { intensity, .. } => intensity.as_dvec3(),
+        }));
+        assert_eq!(light.len(), transfer.functions as usize);
+        let size = 40;
+        let shot = shoot(&gpu, &scene, &case, &[], frame(size, size, 64)).unwrap();
+        let found = &shot.light.irradiance.pixels;
+        let mean = found.iter().map(|pixel| f64::from(pixel.y)).sum::<f64>() / found.len() as f64;
+        let camera = scene.camera;
+        let [right, up, forward] = camera.basis().map(Vec3::as_dvec3);
+        let tan = (0.5 * f64::from(camera.vfov_deg)).to_radians().tan();
+        let mut compared = 0;
+        let offs = (0..size * size).filter_map(|index| {
+            let at = |pixel: u32| (f64::from(pixel) + 0.5) / f64::from(size) * 2.0 - 1.0;
+            let ray = forward + tan * (at(index % size) * right - at(index / size) * up);
+            let (triangle, place, is_back) = closest(&scene, camera.eye.as_dvec3(), ray)?;
+            let around = transfer.lattice.at(triangle, is_back, place)?;
+            let irradiance = around.map(|(point, share)| {
+                let row = transfer.row(point as usize).chunks_exact(3);
+                let sum = row.zip(&light).map(|(rgb, light)| {
+                    let rgb = DVec3::new(rgb[0].into(), rgb[1].into(), rgb[2].into());
+                    rgb * *light
+                });
+                f64::from(share) * sum.sum::<DVec3>()
+            });
+            let expected = irradiance.into_iter().sum::<DVec3>().max(DVec3::ZERO);
+            compared += 1;
+            let off = (found[index as usize].as_dvec3() - expected).abs();
+            Some(off.x.max(off.y).max(off.z) / mean)
+        });
+        let off = offs.worst();
+        println!("{name}: {compared} pixels, off by {off:.5} of the mean");
+        assert!(compared > 800 && off < 0.01, "{compared}: {off}");
+    }
+}
+
+/// Nothing is lit anew while the light is the same, and a picture is the same bit by bit.
+#[test]
+fn points_are_lit_once() {
+    let gpu = gpu();
+    let mut scene = open_cornell();
+    scene.environment = Vec3::splat(0.5).into();
+    let case = case("fast");
+    let (mut renderer, _) = Renderer::new(
+        &gpu,
+        &scene,
+        case.entry,
+        &case.settings(&[]),
+        frame(24, 24, 64),
+    )
+    .unwrap();
+    let first = renderer.render(&scene.camera).unwrap();
+    let lit = renderer.aov(lumivox::image::Aov::Full).unwrap();
+    let second = renderer.render(&scene.camera).unwrap();
+    let count = |stats: &lumivox::graph::FrameStats| {
+        let lights = |pass: &&lumivox::graph::PassTime| pass.name == "prt.light_points";
+        stats.passes.iter().filter(lights).count()
+    };
+    assert_eq!((count(&first), count(&second)), (1, 0));
+    assert_eq!(renderer.aov(lumivox::image::Aov::Full).unwrap(), lit);
+}
+
+/// What cannot be lit is said, with what to do.
+#[test]
+fn what_does_not_fit_is_an_error() {
+    let gpu = gpu();
+    let [(_, light), ..] = small_lights();
+    let moving = crate::support::technique::moving_room(Surfaces::Diffuse, light);
+    let case = case("fast");
+    let settings = |pairs: &[&str]| {
+        let pairs: Vec<String> = pairs.iter().map(|pair| (*pair).to_owned()).collect();
+        case.entry.settings(case.preset, &pairs).unwrap()
+    };
+    let error = |scene: &Scene, pairs: &[&str]| {
+        Renderer::new(&gpu, scene, case.entry, &settings(pairs), frame(8, 8, 64))
+            .err()
+            .unwrap()
+            .to_string()
+    };
+    let told = error(&moving, &[]);
+    assert!(
+        told.contains("may move") && told.contains("dynamic=freeze"),
+        "{told}"
+    );
+    let told = error(&open_cornell(), &["cells=1024"]);
+    assert!(told.contains("points_max=2000000"), "{told}");
+    let wanted = told.split("`cells=").nth(1).unwrap();
+    let cells: u32 = wanted.split('`').next().unwrap().parse().unwrap();
+    assert!((100..1024).contains(&cells), "{told}");
+}
+
+/// The back of a sheet has the light from below.
+#[test]
+fn backs_have_their_own_light() {
+    let gpu = gpu();
+    let mut builder = Builder::default();
+    let grey = builder.matte("grey", Vec3::splat(0.5));
+    builder.quad(
+        grey,
+        Vec3::new(-1.0, 0.0, -1.0),
+        2.0 * Vec3::Z,
+        2.0 * Vec3::X,
+    );
+    let camera = lumivox::scene::Camera {
+        eye: Vec3::new(0.1, 2.0, 0.1),
+        target: Vec3::ZERO,
+        up: Vec3::X,
+        vfov_deg: 30.0,
+    };
+    let mut scene = builder.finish("sheet", Vec::new(), Vec3::ZERO, camera);
+    let halves = lumivox::image::Image::from_fn(64, 64, |index| {
+        Vec3::splat(if index < 32 * 64 { 1.0 } else { 0.1 })
+    });
+    scene.environment = Sky::new(halves, 0.0).unwrap().into();
+    for (height, expected) in [(2.0, PI), (-2.0, 0.1 * PI)] {
+        scene.camera.eye.y = height;
+        for (sides, is_there) in [("auto", true), ("front", height > 0.0)] {
+            let size = frame(16, 16, 64);
+            let shot = shoot(&gpu, &scene, &case("balanced"), &[("sides", sides)], size).unwrap();
+            let pixels = &shot.light.irradiance.pixels;
+            let mean = pixels.iter().map(|pixel| f64::from(pixel.y)).sum::<f64>() / 256.0;
+            let expected = if is_there { expected } else { 0.0 };
+            println!("from {height} m, {sides}: {mean} for {expected}");
+            assert!((mean - expected).abs() < 0.05, "{mean} for {expected}");
+        }
+    }
+}
