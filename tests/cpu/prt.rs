@@ -79,7 +79,7 @@ fn a_plane_in_the_open_has_the_cosine_lobe() {
     assert_eq!(transfer.lattice.points.len(), 49);
     assert!(off < 0.006, "{off}");
     for point in 0..49 {
-        assert!((under_white(&transfer, point) - PI).abs() < 1e-5);
+        assert!((under_white(&transfer, point) - PI).abs() < 1e-4);
         assert!((transfer.visibility[point] - 1.0).abs() < 1e-5);
     }
 }
@@ -299,7 +299,9 @@ fn transfer_is_kept_on_disk() {
         assert!(kept(&scene, with) == fresh);
         assert_eq!(std::fs::read(&path).unwrap(), whole);
     }
-    scene.materials[0].albedo *= 0.5;
+    for material in &mut scene.materials {
+        material.albedo *= 0.5;
+    }
     assert!(kept(&scene, with) != fresh);
     assert!(kept(&scene, TransferSettings { rays: 65, ..with }) != fresh);
     assert_eq!(files(), 3);

@@ -80,9 +80,10 @@ fn settings_of(scene: &Scene, case: &Case) -> TransferSettings {
     let (low, high) = corners.fold((Vec3::MAX, Vec3::MIN), |(low, high), corner| {
         (low.min(corner), high.max(corner))
     });
+    let extent_m = (high - low).max_element();
     TransferSettings {
         lattice: LatticeSettings {
-            cell_m: (high - low).max_element() / settings.count("cells") as f32,
+            cell_m: extent_m / settings.count("cells") as f32,
             inset: settings.number("inset"),
         },
         order: settings.count("order"),

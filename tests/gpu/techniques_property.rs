@@ -315,7 +315,6 @@ const LEAKS: &[(&str, f64)] = &[
     ("prt.balanced", 0.0),
     ("prt.fast", 0.0),
     ("prt.accurate", 0.0),
-    ("prt.textbook", 0.0),
     ("probe-cascades.default", 0.0),
     ("probe-cascades.large", 0.0),
     ("probe-cascades.accurate", 0.0),

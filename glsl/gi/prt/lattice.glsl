@@ -28,8 +28,9 @@ LatticeCell cell_at(uint cells, vec2 at) {
                                node_of(cells, uvec2(i, j + 1u))),
             shares / (shares.x + shares.y + shares.z));
     }
-    return LatticeCell(uvec3(node_of(cells, uvec2(i + 1u, j)), node_of(cells, uvec2(i + 1u, j + 1u)),
-                           node_of(cells, uvec2(i, j + 1u))),
+    uint upper = node_of(cells, uvec2(i + 1u, j + 1u));
+    return LatticeCell(
+        uvec3(node_of(cells, uvec2(i + 1u, j)), upper, node_of(cells, uvec2(i, j + 1u))),
         vec3(1.0 - part.y, part.x + part.y - 1.0, 1.0 - part.x));
 }
 

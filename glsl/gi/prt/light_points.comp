@@ -8,11 +8,11 @@ layout(local_size_x = 64) in;
 // then the next word of all
 layout(std430, set = 1, binding = 0) restrict readonly buffer Transfer { uint transfer_words[]; };
 // rgb: the light, a row a function
-layout(std430, set = 1, binding = 1) restrict readonly buffer Light { vec4 light[]; };
+layout(std430, set = 1, binding = 1) restrict readonly buffer LightRows { vec4 light[]; };
 // rgb: irradiance [W/m²]; w: ambient visibility
 layout(std430, set = 1, binding = 2) restrict buffer PointLight { vec4 point_light[]; };
 
-layout(push_constant) uniform LightParams {
+layout(push_constant) uniform PointLightParams {
     uint first_point;      // of this buffer
     uint point_count;
     uint function_count;   // even: of an odd number the last is dark

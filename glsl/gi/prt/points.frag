@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// prt.points: irradiance and ambient visibility of what each pixel shows, between the points around.
+// prt.points: irradiance and ambient visibility of what each pixel shows, between points.
 #include "shared/frame.glsl"
 #include "shared/material.glsl"
 #include "gi/prt/lattice.glsl"

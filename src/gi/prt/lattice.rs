@@ -10,7 +10,7 @@ use glam::{DVec3, Vec3};
 use crate::scene::Scene;
 
 /// No nodes: a triangle without area, or a side that nothing sees.
-pub(super) const NONE: u32 = u32::MAX;
+pub const NONE: u32 = u32::MAX;
 
 /// A place where light is transferred to.
 #[repr(C)]

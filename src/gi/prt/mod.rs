@@ -9,14 +9,14 @@
 //! - [`light`]: the light, as one number for each of its functions.
 //! - [`passes`]: points are lit, and pixels look them up.
 
-mod cache;
+pub mod cache;
 pub mod lattice;
-mod light;
-mod passes;
+pub mod light;
+pub mod passes;
 mod settings;
 pub mod transfer;
 
-pub use passes::{GATHER, LIGHT_POINTS, LightParams, POINTS};
+pub use passes::{GATHER, LIGHT_POINTS, POINTS, PointLightParams};
 
 use super::entry::{Entry, Stage};
 use super::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};

@@ -17,7 +17,7 @@ use crate::shader::GpuStruct;
 
 gpu_struct! {
     /// Parameters of `prt.light_points`.
-    pub struct LightParams {
+    pub struct PointLightParams {
         /// The first point of the buffer.
         pub first_point: u32,
         /// Points of the buffer.
@@ -36,7 +36,7 @@ pub static LIGHT_POINTS: Pass = Pass::compute(
         Binding::buffer("light", Access::ComputeRead),
         Binding::buffer("point_light", Access::ComputeReadWrite),
     ],
-    LightParams::LAYOUT,
+    PointLightParams::LAYOUT,
 );
 
 const SEEN: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
@@ -122,9 +122,8 @@ impl Points {
             }
         }
         let scale = |largest: &f32| match *largest {
-            0.0 => 1.0,
-            most if most > MOST_STORED || most < LEAST_STORED => most.log2().ceil().exp2(),
-            _ => 1.0,
+            most if most == 0.0 || (LEAST_STORED..=MOST_STORED).contains(&most) => 1.0,
+            most => most.log2().ceil().exp2(),
         };
         let scales: Vec<f32> = largest.iter().map(scale).collect();
         let words = (3 * functions / 2) as usize;
@@ -192,7 +191,7 @@ impl Points {
                 .bind("transfer_words", &part.words)
                 .bind("light", &self.light)
                 .bind("point_light", &self.lit)
-                .push(&LightParams {
+                .push(&PointLightParams {
                     first_point: part.first,
                     point_count: part.count,
                     function_count: self.functions,
