@@ -38,7 +38,7 @@ pub(super) fn show(ui: &mut Ui, environment: &mut Environment, held: &mut bool) 
             row(
                 ui,
                 "turned",
-                "about +y; or drag in the picture with Alt held",
+                "about +y, counter-clockwise from above",
                 |ui| {
                     *held |= ui.add(slider).dragged();
                 },
