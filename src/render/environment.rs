@@ -216,13 +216,7 @@ fn first_level(sky: &Sky, edge: usize) -> Level {
         })
     };
     let (texels, solid_angles) = (0..edge).into_par_iter().flat_map_iter(row).unzip();
-    let mut level = Level {
-        edge,
-        texels,
-        solid_angles,
-    };
-    level.fold();
-    level
+    Level::folded(edge, texels, solid_angles)
 }
 
 impl Level {
@@ -260,6 +254,11 @@ impl Level {
             (light / solid_angle, solid_angle)
         };
         let (texels, solid_angles) = (0..edge * edge).into_par_iter().map(texel).unzip();
+        Level::folded(edge, texels, solid_angles)
+    }
+
+    /// That of texels each of which has its own part of the square.
+    fn folded(edge: usize, texels: Vec<Vec3>, solid_angles: Vec<f32>) -> Self {
         let mut level = Level {
             edge,
             texels,

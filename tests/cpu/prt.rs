@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Quat, Vec3};
 use lumivox::gi::prt::lattice::LatticeSettings;
-use lumivox::gi::prt::transfer::{Sampling, Transfer, TransferSettings, project_sky};
+use lumivox::gi::prt::light::project_sky;
+use lumivox::gi::prt::transfer::{Sampling, Transfer, TransferSettings};
 use lumivox::gi::shared::sh;
 use lumivox::image::Image;
 use lumivox::scene::{Scene, Sky};

@@ -5,9 +5,10 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec3, Vec3};
 use lumivox::frame::Renderer;
-use lumivox::gi::prt::lattice::LatticeSettings;
-use lumivox::gi::prt::transfer::{Sampling, Transfer, TransferSettings};
+use lumivox::gi::prt::transfer::Transfer;
+use lumivox::gi::prt::transfer_settings;
 use lumivox::gi::shared::sh;
+use lumivox::render::GpuScene;
 use lumivox::scene::{Light, Scene, Sky};
 
 use crate::support::compare::Worst;
@@ -71,31 +72,6 @@ fn harmonics(order: u32, sky: &Sky) -> Vec<DVec3> {
     sums
 }
 
-fn settings_of(scene: &Scene, case: &Case) -> TransferSettings {
-    let settings = case.settings(&[]);
-    let corners = scene
-        .vertices
-        .iter()
-        .map(|vertex| Vec3::from(vertex.position));
-    let (low, high) = corners.fold((Vec3::MAX, Vec3::MIN), |(low, high), corner| {
-        (low.min(corner), high.max(corner))
-    });
-    let extent_m = (high - low).max_element();
-    TransferSettings {
-        lattice: LatticeSettings {
-            cell_m: extent_m / settings.count("cells") as f32,
-            inset: settings.number("inset"),
-        },
-        order: settings.count("order"),
-        rays: settings.count("transfer_rays"),
-        sampling: Sampling::Cosine,
-        bounces: settings.count("bounces"),
-        has_backs: true,
-        invalid_share: settings.number("invalid_share"),
-        has_lights: true,
-    }
-}
-
 /// (P3) at each pixel: the transfer of the host, a light that is projected another way, and the
 /// triangles met by brute force.
 #[test]
@@ -112,7 +88,9 @@ fn pixels_show_the_sum_over_transfer() {
     open.environment = sky.clone().into();
     for (name, scene) in [("lights and emission", emissive), ("sky and light", open)] {
         let case = case("balanced");
-        let transfer = Transfer::new(&scene, settings_of(&scene, &case), &|_| ());
+        let uploaded = GpuScene::new(&gpu, &scene).unwrap();
+        let settings = transfer_settings(&case.settings(&[]), &uploaded);
+        let transfer = Transfer::new(&scene, settings, &|_| ());
         let mut light = match scene.environment.sky() {
             Some(sky) => harmonics(transfer.order, sky),
             None => vec![DVec3::ZERO; (transfer.order * transfer.order) as usize],

@@ -1,10 +1,12 @@
 //! The light, as one number for each function that transfer is kept of.
 
+use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3, Vec3};
+use rayon::prelude::*;
 
-use super::transfer::{TransferSettings, project_sky};
+use super::transfer::TransferSettings;
 use crate::gi::Settings;
 use crate::gi::shared::sh::{self, Rotation};
 use crate::render::GpuScene;
@@ -93,7 +95,7 @@ impl Lights {
     fn harmonics(&mut self, radiance: Vec3, sky: Option<&Arc<Sky>>, order: u32) -> Vec<DVec3> {
         let Some(sky) = sky else {
             let mut all = vec![DVec3::ZERO; (order * order) as usize];
-            all[0] = (4.0 * std::f64::consts::PI).sqrt() * radiance.as_dvec3();
+            all[0] = (4.0 * PI).sqrt() * radiance.as_dvec3();
             return all;
         };
         let is_known = |(known, _): &&(Arc<Sky>, Vec<DVec3>)| known.is_of_map(sky);
@@ -114,4 +116,34 @@ impl Lights {
             .map(|((r, g), b)| scale * DVec3::new(*r, *g, *b))
             .collect()
     }
+}
+
+/// Radiance of a sky as harmonics, red, green and blue of each, before it is scaled and turned:
+/// texels by their solid angles, and where they are large, by places in each.
+pub fn project_sky(order: u32, sky: &Sky) -> Vec<DVec3> {
+    let image = sky.image();
+    let parts = 256u32.div_ceil(image.width).max(1);
+    let (width, height) = (parts * image.width, parts * image.height);
+    let plain = sky.with(1.0, 0.0);
+    let functions = (order * order) as usize;
+    let row = |y: u32| {
+        let edge = |y: u32| (PI * f64::from(y) / f64::from(height)).cos();
+        let solid_angle = (edge(y) - edge(y + 1)) * TAU / f64::from(width);
+        let (mut sums, mut basis) = (vec![DVec3::ZERO; functions], vec![0.0; functions]);
+        let middle = PI * (f64::from(y) + 0.5) / f64::from(height);
+        for x in 0..width {
+            let (sin, cos) = (TAU * (f64::from(x) + 0.5) / f64::from(width)).sin_cos();
+            let direction = DVec3::new(middle.sin() * sin, middle.cos(), -middle.sin() * cos);
+            sh::evaluate(order as usize, direction, &mut basis);
+            let light = solid_angle * plain.radiance(direction.as_vec3()).as_dvec3();
+            for (sum, basis) in sums.iter_mut().zip(&basis) {
+                *sum += *basis * light;
+            }
+        }
+        sums
+    };
+    let rows: Vec<Vec<DVec3>> = (0..height).into_par_iter().map(row).collect();
+    (0..functions)
+        .map(|at| rows.iter().map(|row| row[at]).sum())
+        .collect()
 }

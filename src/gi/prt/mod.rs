@@ -4,19 +4,22 @@
 //! point; nothing may move.
 //!
 //! - [`lattice`]: the points.
-//! - [`transfer`]: what light they get, by rays on the host.
+//! - [`transfer`]: what light they get; [`build`] works it out by [`rays`] on the host.
 //! - [`cache`]: the same, kept on disk.
 //! - [`light`]: the light, as one number for each of its functions.
 //! - [`passes`]: points are lit, and pixels look them up.
 
+pub mod build;
 pub mod cache;
 pub mod lattice;
 pub mod light;
 pub mod passes;
+pub mod rays;
 mod settings;
 pub mod transfer;
 
 pub use passes::{GATHER, LIGHT_POINTS, POINTS, PointLightParams};
+pub use settings::transfer_settings;
 
 use super::entry::{Entry, Stage};
 use super::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
@@ -99,7 +102,7 @@ impl Prt {
             log::warn!("prt: glossy surfaces mirror nothing: transfer is that of diffuse light");
         }
         Ok(Prt {
-            transfer: settings::transfer(settings, scene),
+            transfer: transfer_settings(settings, scene),
             clamps: settings.is("negative", "clamp"),
             points_max: settings.count("points_max").into(),
             lights: Lights::new(settings),

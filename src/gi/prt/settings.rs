@@ -189,7 +189,7 @@ pub(super) const RULES: &[Rule] = &[
 ];
 
 /// How transfer is worked out, in a scene.
-pub(super) fn transfer(settings: &Settings, scene: &GpuScene) -> TransferSettings {
+pub fn transfer_settings(settings: &Settings, scene: &GpuScene) -> TransferSettings {
     let (low, high) = scene.bounds;
     let extent_m = (high - low).max_element().max(1e-6);
     TransferSettings {
