@@ -1,4 +1,4 @@
-// The environment: one radiance, or a map (Rust: render::Environment).
+// The environment: one radiance, or a map (Rust: render::GpuEnvironment).
 #ifndef LUMIVOX_ENVIRONMENT
 #define LUMIVOX_ENVIRONMENT
 

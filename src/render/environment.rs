@@ -19,6 +19,8 @@ use crate::scene::{Environment, Sky};
 const EDGES: [u32; 2] = [4096, 4];
 /// Radiance that half floats are held under: what filters add stays finite.
 const MOST_STORED: f32 = 32_768.0;
+/// A map that is darker than this is held in fewer digits: 2 to the other sign has to be a number.
+const LEAST_EXPONENT: f32 = -100.0;
 /// Places of a texel along each axis where the sky is looked up.
 const PLACES: usize = 3;
 /// Of a solid angle Ω, √Ω/k is the edge of the texels that it is looked up in. Between texels of
@@ -129,10 +131,10 @@ impl GpuEnvironment {
 impl Map {
     fn new(gpu: &Gpu, sky: &Arc<Sky>) -> Result<Self, Error> {
         let levels = levels_of(sky);
-        let largest = (levels[0].texels.iter()).fold(f32::MIN_POSITIVE, |most, texel| {
-            texel.max_element().max(most)
-        });
-        let exponent = (largest / MOST_STORED).log2().ceil() as i32;
+        let largest =
+            (levels[0].texels.iter()).fold(0.0f32, |most, texel| texel.max_element().max(most));
+        // Of a map without light any will do.
+        let exponent = (largest / MOST_STORED).log2().ceil().max(LEAST_EXPONENT) as i32;
         let image = upload(gpu, &levels, (-exponent as f32).exp2())?;
         Ok(Map {
             sky: Arc::clone(sky),

@@ -34,6 +34,12 @@ pub(crate) struct Place {
     pub(crate) offset_m: f32,
 }
 
+/// How far off a triangle with these corners rays start (m).
+pub(crate) fn offset_m([a, b, c]: [Vec3; 3]) -> f32 {
+    let scale_m = a.abs().max(b.abs()).max(c.abs()).max_element();
+    (OFFSET_RELATIVE * scale_m).max(f32::MIN_POSITIVE)
+}
+
 impl<'a> Surfaces<'a> {
     /// Builds what rays need.
     pub(crate) fn new(scene: &'a Scene) -> Self {
@@ -85,14 +91,13 @@ impl<'a> Surfaces<'a> {
         let position = p0 * (1.0 - hit.u - hit.v) + p1 * hit.u + p2 * hit.v;
         let front = (p1 - p0).cross(p2 - p0).normalize();
         let uv = texture_coordinates(self.scene, triangle, hit.u, hit.v);
-        let scale_m = p0.abs().max(p1.abs()).max(p2.abs()).max_element();
         Place {
             position,
             front,
             shading: self.shading_normal(triangle, material, hit, uv, front),
             base: self.color(material.albedo, material.albedo_texture, uv),
             uv,
-            offset_m: (OFFSET_RELATIVE * scale_m).max(f32::MIN_POSITIVE),
+            offset_m: offset_m([p0, p1, p2]),
         }
     }
 

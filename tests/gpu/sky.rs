@@ -319,3 +319,35 @@ fn a_sky_is_exchanged_as_lights_are() {
         uploaded = kept.into_scene();
     }
 }
+
+/// Maps without light, and so dim or bright that half floats alone would not hold them.
+#[test]
+fn dark_dim_and_bright_maps_are_held() {
+    let gpu = gpu();
+    let mut scene = open_cornell();
+    scene.lights.clear();
+    let case = &default_cases()[0];
+    let mut seen = |texel: f32, scale: f32| {
+        let image = map(8, 4, |_| Vec3::splat(texel));
+        scene.environment = Sky::new(image, 0.0).unwrap().with(scale, 0.0).into();
+        let shot = shoot(&gpu, &scene, case, SMALL, frame(16, 16, 64)).unwrap();
+        let pixels = &shot.light.irradiance.pixels;
+        assert!(
+            pixels.iter().all(|pixel| pixel.is_finite()),
+            "{texel}, {scale}"
+        );
+        pixels.iter().map(|pixel| f64::from(pixel.x)).sum::<f64>()
+    };
+    let one = seen(1.0, 1.0);
+    assert!(one > 1.0);
+    assert_eq!((seen(0.0, 1.0), seen(1.0, 0.0)), (0.0, 0.0));
+    for (texel, scale) in [(1e-30, 1e30), (1e30, 1e-30), (1e-8, 1e8), (3e5, 1.0 / 3e5)] {
+        let found = seen(texel, scale);
+        assert!(
+            (found / one - 1.0).abs() < 2e-3,
+            "{texel}: {found} for {one}"
+        );
+    }
+    let dim = seen(1e-38, 1.0);
+    assert!((0.0..1e-30).contains(&dim), "{dim}");
+}

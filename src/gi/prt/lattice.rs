@@ -8,6 +8,8 @@ use std::collections::HashMap;
 use glam::{DVec3, Vec3};
 
 use crate::scene::Scene;
+use crate::scene::rays::corners;
+use crate::scene::surfaces::offset_m;
 
 /// No nodes: a triangle without area, or a side that nothing sees.
 pub const NONE: u32 = u32::MAX;
@@ -60,9 +62,6 @@ pub struct LatticeSettings {
     pub inset: f32,
 }
 
-/// Units in the last place that rays start off a surface, in units of the largest coordinate.
-const OFFSET_RELATIVE: f32 = 16.0 * f32::EPSILON;
-
 /// Nodes of a triangle that is cut into `cells`² cells.
 fn node_count(cells: u32) -> u32 {
     (cells + 1) * (cells + 2) / 2
@@ -73,15 +72,10 @@ pub(super) fn node(cells: u32, i: u32, j: u32) -> u32 {
     j * (2 * cells + 3 - j) / 2 + i
 }
 
-fn corners(scene: &Scene, triangle: usize) -> [Vec3; 3] {
-    let vertices = scene.triangles[triangle].vertices;
-    vertices.map(|vertex| Vec3::from(scene.vertices[vertex as usize].position))
-}
-
 /// Cells along an edge of each triangle; 0 where it has no area.
 fn cells_of(scene: &Scene, cell_m: f32) -> impl Iterator<Item = u32> + '_ {
     (0..scene.triangles.len()).map(move |triangle| {
-        let [a, b, c] = corners(scene, triangle);
+        let [a, b, c] = corners(scene, &scene.triangles[triangle]);
         if (b - a).cross(c - a).length_squared() == 0.0 {
             return 0;
         }
@@ -150,12 +144,11 @@ impl Lattice {
         known: &mut HashMap<[u32; 6], u32>,
     ) {
         let vertices = scene.triangles[triangle].vertices;
-        let positions = corners(scene, triangle);
+        let positions = corners(scene, &scene.triangles[triangle]);
         let normals = vertices.map(|vertex| Vec3::from(scene.vertices[vertex as usize].normal));
         let [a, b, c] = positions;
         let sign = if is_back { -1.0 } else { 1.0 };
         let geometric = sign * (b - a).cross(c - a).normalize();
-        let scale_m = a.abs().max(b.abs()).max(c.abs()).max_element();
         let first = self.nodes.len();
         for j in 0..=cells {
             for i in 0..=cells - j {
@@ -175,7 +168,7 @@ impl Lattice {
                         normal,
                         geometric,
                         along: (b - a).normalize_or(Vec3::X),
-                        offset_m: (OFFSET_RELATIVE * scale_m).max(f32::MIN_POSITIVE),
+                        offset_m: offset_m(positions),
                     });
                     around.push(Around::default());
                     self.points.len() as u32 - 1
