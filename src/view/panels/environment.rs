@@ -31,9 +31,14 @@ pub(super) fn show(ui: &mut Ui, environment: &mut Environment, held: &mut bool) 
             let (mut scale, mut rotate_deg) = (sky.scale(), sky.rotate_deg());
             let speed = 0.01 * f64::from(scale.max(1e-3));
             let drag = DragValue::new(&mut scale).range(0.0..=1e9).speed(speed);
-            row(ui, "sky", "radiance of a texel of 1 [W/(m² sr)]", |ui| {
-                *held |= ui.add(drag).dragged();
-            });
+            row(
+                ui,
+                "sky scale",
+                "radiance of a texel of 1 [W/(m² sr)]",
+                |ui| {
+                    *held |= ui.add(drag).dragged();
+                },
+            );
             let slider = Slider::new(&mut rotate_deg, 0.0..=360.0).suffix("°");
             row(
                 ui,
@@ -48,7 +53,9 @@ pub(super) fn show(ui: &mut Ui, environment: &mut Environment, held: &mut bool) 
                 let height = Slider::new(&mut clear.sun_height_deg, 0.0..=90.0).suffix("°");
                 row(ui, "sun", "height of the sun over the horizon", |ui| {
                     *held |= ui.add(height).dragged();
-                    ui.checkbox(&mut clear.has_sun, "disc");
+                });
+                row(ui, "disc of the sun", "whether it is in the sky", |ui| {
+                    ui.checkbox(&mut clear.has_sun, "");
                 });
                 let turbidity = Slider::new(&mut clear.turbidity, 1.0..=10.0);
                 row(ui, "turbidity", "haze: 2 is clear, 6 is hazy", |ui| {
