@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
+use super::Light;
 use super::sky::Sky;
 
 /// Light from far away, around all of a scene.
@@ -59,6 +60,25 @@ impl Environment {
         match self {
             Environment::Uniform(radiance) => *radiance,
             Environment::Map(_) => Vec3::ZERO,
+        }
+    }
+
+    /// The light of the sun that was taken out of the map.
+    pub fn sun(&self) -> Option<Light> {
+        self.sky().and_then(|sky| sky.sun())
+    }
+
+    /// Makes the sun among the lights that of this environment, which was another `before`. A light
+    /// that has been changed since is no sun any more, and stays.
+    pub fn set_sun(&self, before: &Environment, lights: &mut Vec<Light>) {
+        let is_sun = |light: &Light| Some(*light) == before.sun();
+        match (lights.iter().position(is_sun), self.sun()) {
+            (Some(at), Some(sun)) => lights[at] = sun,
+            (Some(at), None) => {
+                lights.remove(at);
+            }
+            (None, sun) if before.sun().is_none() => lights.extend(sun),
+            (None, _) => {}
         }
     }
 

@@ -7,7 +7,9 @@ use glam::Vec3;
 
 use super::textures::TextureRequests;
 use super::toml::{EnvironmentEntry, ModelEntry, SceneFile};
-use super::{Light, Scene, SceneError, Sky, SkySource, bundled, model, paths, place, toml};
+use super::{
+    Environment, Light, Scene, SceneError, Sky, SkySource, bundled, model, paths, place, toml,
+};
 use crate::text::vector;
 
 /// How to load a scene.
@@ -136,6 +138,7 @@ impl Scene {
         }
         if let Some(lights) = overlay.lights {
             self.lights = lights;
+            self.lights.extend(self.environment.sun());
         }
         Ok(())
     }
@@ -158,7 +161,7 @@ impl Scene {
     }
 
     fn take_environment(&mut self, environment: &EnvironmentEntry) -> Result<(), SceneError> {
-        self.environment = match environment {
+        let environment = match environment {
             EnvironmentEntry::Constant(radiance) => (*radiance).into(),
             EnvironmentEntry::Map(entry) => {
                 if let SkySource::File(path) = &entry.source {
@@ -167,7 +170,14 @@ impl Scene {
                 Sky::read(entry)?.into()
             }
         };
+        self.set_environment(environment);
         Ok(())
+    }
+
+    /// Replaces the environment, and with it the sun that was taken out of it.
+    pub fn set_environment(&mut self, environment: Environment) {
+        environment.set_sun(&self.environment, &mut self.lights);
+        self.environment = environment;
     }
 
     fn from_parts(

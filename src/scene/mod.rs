@@ -27,6 +27,7 @@ pub(crate) mod rays;
 mod shot;
 mod sight;
 mod sky;
+mod sun;
 pub(crate) mod surfaces;
 mod texture;
 pub(crate) mod texture_sampler;

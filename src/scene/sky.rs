@@ -11,9 +11,10 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use super::SceneError;
 use super::clear_sky::ClearSky;
 use super::hash::Fnv;
+use super::sun::{self, Sun};
+use super::{Light, SceneError};
 use crate::image::{Image, luminance, read_exr};
 
 /// Smallest and largest side of a map (texels).
@@ -46,6 +47,8 @@ pub(super) struct SkyEntry {
     pub(super) scale: f32,
     /// About +y, counter-clockwise from above (°).
     pub(super) rotate_deg: f32,
+    /// The brightest disc is a directional light.
+    pub(super) splits_sun: bool,
 }
 
 /// An environment map, scaled and turned.
@@ -70,6 +73,8 @@ struct Map {
     hash: u128,
     /// `None`: an image in memory.
     source: Option<SkySource>,
+    /// What was taken out, and the map before.
+    sun: Option<(Sun, Arc<Map>)>,
 }
 
 impl Map {
@@ -103,6 +108,7 @@ impl Map {
             columns,
             hash: hash.value(),
             source,
+            sun: None,
         })
     }
 }
@@ -155,6 +161,45 @@ impl Sky {
         Sky::of(Arc::clone(&self.map), scale, rotate_deg)
     }
 
+    /// The map without its brightest disc, which is [`Sky::sun`] then; `None` where no disc stands
+    /// out, or where it is taken out already.
+    #[must_use]
+    pub fn split_sun(&self) -> Option<Self> {
+        if self.map.sun.is_some() {
+            return None;
+        }
+        let (rest, sun) = sun::split(self.image())?;
+        let mut map = Map::new(rest, self.map.source.clone()).ok()?;
+        let mut hash = Fnv::default();
+        hash.bytes(bytemuck::cast_slice(&[map.hash, self.map.hash]));
+        map.hash = hash.value();
+        map.sun = Some((sun, Arc::clone(&self.map)));
+        Some(Sky::of(Arc::new(map), self.scale, self.rotate_deg))
+    }
+
+    /// The map as it was before its sun was taken out.
+    #[must_use]
+    pub fn whole(&self) -> Self {
+        let sun = self.map.sun.as_ref();
+        let map = sun.map_or(&self.map, |(_, whole)| whole);
+        Sky::of(Arc::clone(map), self.scale, self.rotate_deg)
+    }
+
+    /// The light of the disc that was taken out, as far as the sky is scaled and turned.
+    pub fn sun(&self) -> Option<Light> {
+        let (sun, _) = self.map.sun.as_ref()?;
+        let turn = glam::Quat::from_rotation_y(self.rotate_deg.to_radians());
+        Some(Light::Directional {
+            direction: -(turn * sun.to_sun).normalize(),
+            irradiance: self.scale * sun.irradiance,
+        })
+    }
+
+    /// Half of the width of the disc that was taken out (°).
+    pub fn sun_radius_deg(&self) -> Option<f32> {
+        self.map.sun.as_ref().map(|(sun, _)| sun.radius_deg)
+    }
+
     /// Whether another has the same texels, however scaled and turned.
     pub fn is_of_map(&self, other: &Sky) -> bool {
         self.map.hash == other.map.hash
@@ -183,7 +228,32 @@ impl Sky {
                 entry.scale
             )));
         }
-        Ok(Sky::of(Arc::new(map), entry.scale, entry.rotate_deg))
+        let sky = Sky::of(Arc::new(map), entry.scale, entry.rotate_deg);
+        if !entry.splits_sun {
+            return Ok(sky);
+        }
+        let Some(split) = sky.split_sun() else {
+            let told = "`split_sun` finds no small bright disc: the map stays whole";
+            log::warn!("{}: {told}", path.display());
+            return Ok(sky);
+        };
+        split.tell_sun(path);
+        Ok(split)
+    }
+
+    /// Says what was taken out, in one line.
+    fn tell_sun(&self, path: &Path) {
+        let (Some(sun), Some(radius)) = (self.sun(), self.sun_radius_deg()) else {
+            return;
+        };
+        let (to_sun, _, irradiance) = sun.sample(Vec3::ZERO);
+        let [r, g, b] = irradiance.to_array();
+        log::warn!(
+            "{}: the sun is a directional light: {:.1}° up, {:.2}° wide, {r:.4} {g:.4} {b:.4} W/m²",
+            path.display(),
+            to_sun.y.asin().to_degrees(),
+            2.0 * radius,
+        );
     }
 
     /// Where the map comes from; `None`: an image in memory.

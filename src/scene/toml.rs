@@ -86,6 +86,7 @@ struct EnvironmentToml {
     clear_sky: Option<Spanned<ClearSkyToml>>,
     scale: Option<Number>,
     rotate_deg: Option<Number>,
+    split_sun: Option<Spanned<bool>>,
 }
 
 #[derive(Deserialize)]
@@ -305,6 +306,7 @@ impl Source<'_> {
             clear_sky,
             scale,
             rotate_deg,
+            split_sun,
         } = environment;
         let one = "give `radiance = [R, G, B]`, `map = \"FILE.exr\"` or `clear_sky = { \
                    sun_height_deg = 45.0 }`, one of them";
@@ -330,11 +332,15 @@ impl Source<'_> {
             _ => {}
         }
         if let Some(radiance) = radiance {
-            let of_map = [("scale", scale), ("rotate_deg", rotate_deg)];
-            for (name, number) in of_map {
-                if let Some(number) = number {
+            let of_map = [
+                ("scale", scale.as_ref().map(Spanned::span)),
+                ("rotate_deg", rotate_deg.as_ref().map(Spanned::span)),
+                ("split_sun", split_sun.as_ref().map(Spanned::span)),
+            ];
+            for (name, span) in of_map {
+                if let Some(span) = span {
                     let problem = format!("`environment.{name}` is of a map, and there is none");
-                    return Err(self.error(&number.span(), problem, one));
+                    return Err(self.error(&span, problem, one));
                 }
             }
             let constant = self.light_value("environment.radiance", radiance)?;
@@ -353,6 +359,7 @@ impl Source<'_> {
                 rotate_deg,
                 (0.0, -360.0..360.0),
             )?,
+            splits_sun: split_sun.as_ref().is_some_and(|split| *split.get_ref()),
         }))
     }
 

@@ -9,7 +9,6 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use glam::Vec3;
 use image::codecs::png::PngEncoder;
@@ -45,8 +44,7 @@ impl Scene {
             .map(|model| (names.unique(&model.name), model))
             .collect();
         let path = folder.join(format!("{}.toml", file_name(&self.name)));
-        let is_file = |sky: &&Arc<Sky>| !matches!(sky.source(), Some(SkySource::Clear(_)));
-        let sky = self.environment.sky().filter(is_file);
+        let sky = self.environment.sky().filter(|sky| is_written(sky));
         let sky = sky.map(|sky| (folder.join(SKY), sky));
         let model_files = |(name, _): &(String, &Model)| {
             ["mtl", "obj"].map(|extension| folder.join(format!("{name}.{extension}")))
@@ -200,7 +198,7 @@ impl Scene {
         }
         if let Some(sky) = self.environment.sky() {
             let source = match sky.source() {
-                Some(SkySource::Clear(clear)) => clear_sky(clear),
+                Some(SkySource::Clear(clear)) if !is_written(sky) => clear_sky(clear),
                 _ => format!("map = \"{SKY}\""),
             };
             let (scale, rotate_deg) = (number(sky.scale()), number(sky.rotate_deg()));
@@ -323,9 +321,19 @@ pub fn environment_toml(environment: &Environment) -> Option<String> {
         SkySource::Clear(clear) => clear_sky(clear),
     };
     let (scale, rotate_deg) = (number(sky.scale()), number(sky.rotate_deg()));
+    let split = match sky.sun() {
+        Some(_) => ", split_sun = true",
+        None => "",
+    };
     Some(format!(
-        "environment = {{ {source}, scale = {scale}, rotate_deg = {rotate_deg} }}"
+        "environment = {{ {source}, scale = {scale}, rotate_deg = {rotate_deg}{split} }}"
     ))
+}
+
+/// Whether its texels are kept in a file: a map, or what is left of one without its sun, which is
+/// among the lights.
+fn is_written(sky: &Sky) -> bool {
+    sky.sun().is_some() || !matches!(sky.source(), Some(SkySource::Clear(_)))
 }
 
 fn clear_sky(sky: &ClearSky) -> String {

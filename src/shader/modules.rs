@@ -197,6 +197,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("gi/probes/trace_voxels.comp", include_bytes!("../../spirv/gi/probes/trace_voxels.comp.spv")),
     ("gi/probes/view.comp", include_bytes!("../../spirv/gi/probes/view.comp.spv")),
     ("gi/prt/gather.comp", include_bytes!("../../spirv/gi/prt/gather.comp.spv")),
+    (
+        "gi/prt/light_compressed.comp",
+        include_bytes!("../../spirv/gi/prt/light_compressed.comp.spv"),
+    ),
     ("gi/prt/light_points.comp", include_bytes!("../../spirv/gi/prt/light_points.comp.spv")),
     ("gi/prt/points.frag", include_bytes!("../../spirv/gi/prt/points.frag.spv")),
     ("gi/prt/points.vert", include_bytes!("../../spirv/gi/prt/points.vert.spv")),

@@ -59,7 +59,10 @@ impl Wanted<'_> {
             add("--with", camera_toml(&self.camera));
         }
         if *self.lights != *self.scene.lights {
-            add("--with", lights_toml(self.lights));
+            // The environment brings its own.
+            let is_own = |light: &&Light| Some(**light) != self.environment.sun();
+            let lights: Vec<Light> = self.lights.iter().filter(is_own).copied().collect();
+            add("--with", lights_toml(&lights));
         }
         if self.environment != self.scene.environment {
             add(

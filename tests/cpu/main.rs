@@ -28,5 +28,6 @@ mod repository;
 mod scene;
 mod sky;
 mod spherical_harmonics;
+mod sun;
 #[cfg(feature = "view")]
 mod window;

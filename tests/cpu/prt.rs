@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use glam::{DVec3, Quat, Vec3};
+use lumivox::gi::prt::compress::{CompressSettings, Compressed};
 use lumivox::gi::prt::lattice::LatticeSettings;
 use lumivox::gi::prt::light::project_sky;
 use lumivox::gi::prt::transfer::{Sampling, Transfer, TransferSettings};
@@ -24,11 +25,12 @@ fn settings(cell_m: f32) -> TransferSettings {
         has_backs: false,
         invalid_share: 0.25,
         has_lights: true,
+        compress: None,
     }
 }
 
 fn worked_out(scene: &Scene, settings: TransferSettings) -> Transfer {
-    Transfer::new(scene, settings, &|_| ())
+    Transfer::new(scene, settings, &|_, _| ())
 }
 
 /// Irradiance of a point under a uniform sky of radiance 1.
@@ -68,10 +70,9 @@ fn a_plane_in_the_open_has_the_cosine_lobe() {
     let transfer = worked_out(&floor(0.5), settings(0.5));
     let lobe = sh::rotate_zonal(&sh::clamped_cosine(6), DVec3::Y);
     let offs = (0..transfer.lattice.points.len()).flat_map(|point| {
-        let row = transfer.row(point).chunks_exact(3);
-        let lobe = &lobe;
-        row.take(36)
-            .zip(lobe)
+        let row = transfer.row(point);
+        (row.chunks_exact(3).take(36))
+            .zip(&lobe)
             .map(|(rgb, expected)| (f64::from(rgb[0]) - expected).abs())
             .collect::<Vec<_>>()
     });
@@ -158,7 +159,8 @@ fn transfer_turns_with_the_scene() {
             .map(|rgb| rgb[0].into())
             .collect();
         let expected = rotation.apply(&own);
-        let found = second.row(point).chunks(3).map(|rgb| f64::from(rgb[0]));
+        let second = second.row(point);
+        let found = second.chunks(3).map(|rgb| f64::from(rgb[0]));
         sum += found
             .zip(&expected)
             .map(|(a, b)| (a - b).abs())
@@ -276,8 +278,9 @@ fn transfer_is_kept_on_disk() {
         ..settings(0.5)
     };
     let fresh = worked_out(&scene, with);
-    let kept =
-        |scene: &Scene, with: TransferSettings| Transfer::kept(scene, with, folder.path(), &|_| ());
+    let kept = |scene: &Scene, with: TransferSettings| {
+        Transfer::kept(scene, with, folder.path(), &|_, _| ())
+    };
     let files = || std::fs::read_dir(folder.path()).unwrap().count();
     assert!(kept(&scene, with) == fresh && kept(&scene, with) == fresh);
     assert_eq!(files(), 1);
@@ -306,4 +309,134 @@ fn transfer_is_kept_on_disk() {
     assert!(kept(&scene, with) != fresh);
     assert!(kept(&scene, TransferSettings { rays: 65, ..with }) != fresh);
     assert_eq!(files(), 3);
+    let compress = Some(CompressSettings {
+        clusters: 4,
+        vectors: 3,
+    });
+    let with = TransferSettings { compress, ..with };
+    let fresh = worked_out(&scene, with);
+    assert!(fresh.harmonics.is_some());
+    assert!(kept(&scene, with) == fresh && kept(&scene, with) == fresh);
+    assert_eq!(files(), 4);
+}
+
+fn squared_off(rows: &[f32], stride: usize, compressed: &Compressed) -> f64 {
+    let all = rows.chunks_exact(stride).enumerate();
+    all.map(|(at, row)| {
+        let rebuilt = compressed.row(at);
+        let pairs = row.iter().zip(&rebuilt);
+        pairs.map(|(a, b)| f64::from(a - b).powi(2)).sum::<f64>()
+    })
+    .sum()
+}
+
+/// Rows that lie in a few planes come back; the vectors of a cluster are orthonormal.
+#[test]
+fn clusters_rebuild_rows_of_low_rank() {
+    let mut random = Random::new(11);
+    let (stride, planes, rank) = (30, 5, 2);
+    let mut vector =
+        |size: f32| -> Vec<f32> { (0..stride).map(|_| size * (random.unit() - 0.5)).collect() };
+    let middles: Vec<_> = (0..planes).map(|_| vector(40.0)).collect();
+    let spans: Vec<_> = (0..planes * rank).map(|_| vector(2.0)).collect();
+    let mut rows = Vec::new();
+    for at in 0..2000 {
+        let plane = at * 7 % planes;
+        let mut row = middles[plane].clone();
+        for span in &spans[plane * rank..][..rank] {
+            let factor = random.unit() - 0.5;
+            row.iter_mut()
+                .zip(span)
+                .for_each(|(sum, value)| *sum += factor * value);
+        }
+        rows.extend(row);
+    }
+    let size: f64 = rows.iter().map(|value| f64::from(*value).powi(2)).sum();
+    let off = |clusters, vectors| {
+        let settings = CompressSettings { clusters, vectors };
+        let compressed = Compressed::new(&rows, stride, settings);
+        assert_eq!(compressed, Compressed::new(&rows, stride, settings));
+        let basis = compressed
+            .basis
+            .chunks_exact((1 + vectors as usize) * stride);
+        for own in basis {
+            let own: Vec<&[f32]> = own[stride..].chunks_exact(stride).collect();
+            for (i, a) in own.iter().enumerate() {
+                for (j, b) in own.iter().enumerate() {
+                    let product: f32 = a.iter().zip(*b).map(|(a, b)| a * b).sum();
+                    let is_none = a.iter().all(|value| *value == 0.0);
+                    let expected = if i == j && !is_none { 1.0 } else { 0.0 };
+                    assert!((product - expected).abs() < 1e-4, "{i} {j}: {product}");
+                }
+            }
+        }
+        (squared_off(&rows, stride, &compressed) / size).sqrt()
+    };
+    let [exact, more, few, mean] = [off(5, 2), off(8, 4), off(5, 1), off(5, 0)];
+    println!("off by {exact:.1e}, {more:.1e}, {few:.1e} and {mean:.1e} of their length");
+    assert!(exact < 1e-5 && more < 1e-5);
+    assert!(few > 1e-3 && mean > few);
+    // One cluster: principal components of all.
+    let [all, less] = [off(1, 14), off(1, 4)];
+    println!("one cluster: {all:.1e} and {less:.1e}");
+    assert!(all < 1e-4 && less > 1e-2);
+}
+
+/// Fewer rows than clusters, rows that are all the same, and none at all.
+#[test]
+fn few_rows_make_few_clusters() {
+    let settings = CompressSettings {
+        clusters: 64,
+        vectors: 8,
+    };
+    for rows in [
+        Vec::new(),
+        vec![0.0; 12],
+        vec![3.0; 12 * 100],
+        (0..12 * 9).map(|at| (at * at % 17) as f32).collect(),
+    ] {
+        let compressed = Compressed::new(&rows, 12, settings);
+        let clusters = compressed.basis.len() / (12 * 9);
+        assert!(clusters <= rows.len() / 12);
+        assert_eq!(compressed.clusters.len(), rows.len() / 12);
+        let off = squared_off(&rows, 12, &compressed);
+        assert!(off < 1e-9, "{off}");
+        assert!(compressed.basis.iter().all(|value| value.is_finite()));
+    }
+}
+
+/// What clusters lose of a room under every sky, and what they do not touch.
+#[test]
+fn compressed_transfer_is_near() {
+    let mut scene = room(0.5);
+    scene.triangles.truncate(10);
+    scene.lights = vec![crate::support::technique::small_lights()[0].1];
+    let plain = settings(0.1);
+    let with = |clusters, vectors| TransferSettings {
+        compress: Some(CompressSettings { clusters, vectors }),
+        ..plain
+    };
+    let exact = worked_out(&scene, plain);
+    let size = |transfer: &Transfer| -> f64 {
+        let rows = (0..exact.lattice.points.len()).flat_map(|point| transfer.row(point));
+        rows.map(|value| f64::from(value).powi(2)).sum()
+    };
+    let whole = size(&exact);
+    let off = |clusters, vectors| {
+        let found = worked_out(&scene, with(clusters, vectors));
+        assert_eq!(found.lattice, exact.lattice);
+        let mut sum = 0.0;
+        for point in 0..exact.lattice.points.len() {
+            let (expected, found) = (exact.row(point), found.row(point));
+            // The column of the lamp is as it was.
+            assert_eq!(expected[108..], found[108..]);
+            let pairs = expected.iter().zip(&found);
+            sum += pairs.map(|(a, b)| f64::from(a - b).powi(2)).sum::<f64>();
+        }
+        (sum / whole).sqrt()
+    };
+    let [vq, pca, few, cpca] = [off(64, 0), off(1, 8), off(16, 4), off(64, 8)];
+    println!("vq {vq:.4}, pca {pca:.4}, 16 × 4 {few:.4}, 64 × 8 {cpca:.4}");
+    assert!(cpca < few && cpca < pca && few < vq);
+    assert!(cpca < 0.02, "{cpca}");
 }

@@ -406,6 +406,10 @@ fn what_is_wrong_with_a_map_is_told_in_words() {
             "radiance = [1.0, 1.0, 1.0]\nscale = 2.0",
             "`environment.scale` is of a map, and there is none",
         ),
+        (
+            "radiance = [1.0, 1.0, 1.0]\nsplit_sun = true",
+            "`environment.split_sun` is of a map, and there is none",
+        ),
         ("", "`environment` has no radiance, no map and no clear sky"),
         (
             "map = \"bad.exr\"\nrotate_deg = 400.0",

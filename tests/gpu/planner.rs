@@ -126,7 +126,19 @@ struct Life {
 }
 
 /// Few, which run every pass of every technique between them.
-const LIVES: [Life; 58] = [
+const LIVES: [Life; 59] = [
+    Life {
+        technique: "prt",
+        preset: Some("compressed"),
+        pairs: &[
+            ("cells", "4"),
+            ("order", "3"),
+            ("transfer_rays", "64"),
+            ("clusters", "3"),
+            ("basis", "2"),
+        ],
+        surfaces: Surfaces::Masked,
+    },
     Life {
         technique: "prt",
         preset: Some("fast"),

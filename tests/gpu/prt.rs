@@ -86,11 +86,16 @@ fn pixels_show_the_sum_over_transfer() {
     });
     let sky = Sky::new(image, 0.0).unwrap().with(2.5, 70.0);
     open.environment = sky.clone().into();
-    for (name, scene) in [("lights and emission", emissive), ("sky and light", open)] {
+    let scenes = [("lights and emission", emissive), ("sky and light", open)];
+    let ways = ["none", "vq", "pca", "cpca"].into_iter();
+    for (compress, (name, scene)) in ways.flat_map(|way| scenes.iter().map(move |own| (way, own))) {
         let case = case("balanced");
-        let uploaded = GpuScene::new(&gpu, &scene).unwrap();
-        let settings = transfer_settings(&case.settings(&[]), &uploaded);
-        let transfer = Transfer::new(&scene, settings, &|_| ());
+        let uploaded = GpuScene::new(&gpu, scene).unwrap();
+        let compressed = [("compress", compress), ("clusters", "7"), ("basis", "3")];
+        let pairs = &compressed[..if compress == "none" { 0 } else { 3 }];
+        let settings = transfer_settings(&case.settings(pairs), &uploaded);
+        let transfer = Transfer::new(scene, settings, &|_, _| ());
+        assert_eq!(transfer.harmonics.is_some(), compress != "none");
         let mut light = match scene.environment.sky() {
             Some(sky) => harmonics(transfer.order, sky),
             None => vec![DVec3::ZERO; (transfer.order * transfer.order) as usize],
@@ -102,7 +107,7 @@ fn pixels_show_the_sum_over_transfer() {
         }));
         assert_eq!(light.len(), transfer.functions as usize);
         let size = 40;
-        let shot = shoot(&gpu, &scene, &case, &[], frame(size, size, 64)).unwrap();
+        let shot = shoot(&gpu, scene, &case, pairs, frame(size, size, 64)).unwrap();
         let found = &shot.light.irradiance.pixels;
         let mean = found.iter().map(|pixel| f64::from(pixel.y)).sum::<f64>() / found.len() as f64;
         let camera = scene.camera;
@@ -112,11 +117,11 @@ fn pixels_show_the_sum_over_transfer() {
         let offs = (0..size * size).filter_map(|index| {
             let at = |pixel: u32| (f64::from(pixel) + 0.5) / f64::from(size) * 2.0 - 1.0;
             let ray = forward + tan * (at(index % size) * right - at(index / size) * up);
-            let (triangle, place, is_back) = closest(&scene, camera.eye.as_dvec3(), ray)?;
+            let (triangle, place, is_back) = closest(scene, camera.eye.as_dvec3(), ray)?;
             let around = transfer.lattice.at(triangle, is_back, place)?;
             let irradiance = around.map(|(point, share)| {
-                let row = transfer.row(point as usize).chunks_exact(3);
-                let sum = row.zip(&light).map(|(rgb, light)| {
+                let row = transfer.row(point as usize);
+                let sum = row.chunks_exact(3).zip(&light).map(|(rgb, light)| {
                     let rgb = DVec3::new(rgb[0].into(), rgb[1].into(), rgb[2].into());
                     rgb * *light
                 });
@@ -128,7 +133,7 @@ fn pixels_show_the_sum_over_transfer() {
             Some(off.x.max(off.y).max(off.z) / mean)
         });
         let off = offs.worst();
-        println!("{name}: {compared} pixels, off by {off:.5} of the mean");
+        println!("{name}, {compress}: {compared} pixels, off by {off:.5} of the mean");
         assert!(compared > 800 && off < 0.01, "{compared}: {off}");
     }
 }

@@ -315,6 +315,7 @@ const LEAKS: &[(&str, f64)] = &[
     ("prt.balanced", 0.0),
     ("prt.fast", 0.0),
     ("prt.accurate", 0.0),
+    ("prt.compressed", 0.0),
     ("probe-cascades.default", 0.0),
     ("probe-cascades.large", 0.0),
     ("probe-cascades.accurate", 0.0),

@@ -2,6 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 // prt.light_points: irradiance of points from their transfer, E = Σ L_i T_i (Rust: prt::transfer),
 // before it is clamped. A thread a point.
+// prt.light_clusters: the same for the rows of clusters (Rust: prt::compress).
 layout(local_size_x = 64) in;
 
 // red, green and blue of a function after the other, half floats in pairs: a word of all points,
@@ -15,22 +16,26 @@ layout(std430, set = 1, binding = 2) restrict buffer PointLight { vec4 point_lig
 layout(push_constant) uniform PointLightParams {
     uint first_point;      // of this buffer
     uint point_count;
+    uint first_function;   // of a row, among the light's
     uint function_count;   // even: of an odd number the last is dark
+    uint adds;             // 1: to the light that points have
 } params;
 
 void main() {
     uint group = gl_WorkGroupID.x + gl_WorkGroupID.y * 65535u;
     uint own = group * 64u + gl_LocalInvocationID.x;
     if (own >= params.point_count) return;
-    vec3 sum = vec3(0.0);
+    uint point = params.first_point + own;
+    vec4 before = point_light[point];
+    vec3 sum = params.adds != 0u ? before.rgb : vec3(0.0);
     uint word = own;
     for (uint i = 0u; i < params.function_count; i += 2u) {
         vec2 rg = unpackHalf2x16(transfer_words[word]);
         vec2 br = unpackHalf2x16(transfer_words[word + params.point_count]);
         vec2 gb = unpackHalf2x16(transfer_words[word + 2u * params.point_count]);
-        sum += light[i].rgb * vec3(rg, br.x) + light[i + 1u].rgb * vec3(br.y, gb);
+        uint f = params.first_function + i;
+        sum += light[f].rgb * vec3(rg, br.x) + light[f + 1u].rgb * vec3(br.y, gb);
         word += 3u * params.point_count;
     }
-    uint point = params.first_point + own;
-    point_light[point] = vec4(sum, point_light[point].w);
+    point_light[point] = vec4(sum, before.w);
 }

@@ -37,6 +37,8 @@ const NOTHING: Met = Met {
 
 /// Hits of all rays of all points are kept from round to round where they have no more bytes.
 const MOST_KEPT_BYTES: usize = 2 << 30;
+/// What the progress is called.
+const TOLD: &str = "transfer";
 /// Rays by which the back of a triangle is looked at, from each of four places.
 const BACK_RAYS: u32 = 16;
 
@@ -98,7 +100,7 @@ impl<'s> Builder<'s> {
             let all = (rounds * points).max(1);
             let count = 1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
             if count.is_multiple_of(256) {
-                progress(count as f32 / all as f32);
+                progress(TOLD, count as f32 / all as f32);
             }
         };
         let cast = |number: usize, hits: &mut [Met]| {
@@ -151,11 +153,12 @@ impl<'s> Builder<'s> {
                 .zip(&last)
                 .for_each(|(sum, more)| *sum += more);
         }
-        progress(1.0);
+        progress(TOLD, 1.0);
         Transfer {
             lattice: self.lattice,
             order: self.settings.order,
             functions: self.stride as u32 / 3,
+            harmonics: None,
             rows,
             visibility,
             filled,

@@ -4,6 +4,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+use super::compress::Compressed;
 use super::lattice::{Lattice, Point, TriangleNodes};
 use super::transfer::{Transfer, TransferSettings, unit_light};
 use crate::output;
@@ -11,10 +12,10 @@ use crate::scene::{Fnv, Scene};
 
 /// Part of every key: the hash of the sources that transfer is made by (build.rs), so that no build
 /// takes what another has worked out.
-const FORMAT: &str = concat!("lumivox transfer 1 of ", env!("LUMIVOX_TRANSFER"));
+const FORMAT: &str = concat!("lumivox transfer 2 of ", env!("LUMIVOX_TRANSFER"));
 
 /// What a file begins with.
-const MAGIC: [u8; 8] = *b"lumiprt1";
+const MAGIC: [u8; 8] = *b"lumiprt2";
 
 /// The file of a scene's transfer, in a folder.
 pub(super) fn path_in(folder: &Path, scene: &Scene, settings: &TransferSettings) -> PathBuf {
@@ -38,7 +39,7 @@ pub(super) fn read(path: &Path) -> Option<Transfer> {
         return None;
     }
     let mut rest = content.strip_prefix(&MAGIC)?;
-    let mut counts = [0u64; 8];
+    let mut counts = [0u64; 13];
     for count in &mut counts {
         let (own, after) = rest.split_first_chunk::<8>()?;
         (*count, rest) = (u64::from_le_bytes(*own), after);
@@ -52,6 +53,11 @@ pub(super) fn read(path: &Path) -> Option<Transfer> {
         order,
         functions,
         filled,
+        stride,
+        vectors,
+        basis,
+        clusters,
+        weights,
     ] = counts;
     let transfer = Transfer {
         lattice: Lattice {
@@ -64,6 +70,16 @@ pub(super) fn read(path: &Path) -> Option<Transfer> {
         rows: take(&mut rest, rows)?,
         visibility: take(&mut rest, visibility)?,
         filled: filled as u32,
+        harmonics: match stride {
+            0 => None,
+            stride => Some(Compressed {
+                stride: stride as u32,
+                vectors: vectors as u32,
+                basis: take(&mut rest, basis)?,
+                clusters: take(&mut rest, clusters)?,
+                weights: take(&mut rest, weights)?,
+            }),
+        },
     };
     rest.is_empty().then_some(transfer)
 }
@@ -84,10 +100,13 @@ pub(super) fn write(path: &Path, transfer: &Transfer) -> Result<(), Box<dyn std:
         lattice,
         order,
         functions,
+        harmonics,
         rows,
         visibility,
         filled,
     } = transfer;
+    let none = Compressed::default();
+    let own = harmonics.as_ref().unwrap_or(&none);
     let counts = [
         lattice.points.len() as u64,
         lattice.nodes.len() as u64,
@@ -97,15 +116,23 @@ pub(super) fn write(path: &Path, transfer: &Transfer) -> Result<(), Box<dyn std:
         (*order).into(),
         (*functions).into(),
         (*filled).into(),
+        own.stride.into(),
+        own.vectors.into(),
+        own.basis.len() as u64,
+        own.clusters.len() as u64,
+        own.weights.len() as u64,
     ];
     let points: &[Point] = &lattice.points;
     let triangles: &[TriangleNodes] = &lattice.triangles;
-    let parts: [&[u8]; 5] = [
+    let parts: [&[u8]; 8] = [
         bytemuck::cast_slice(points),
         bytemuck::cast_slice(&lattice.nodes),
         bytemuck::cast_slice(triangles),
         bytemuck::cast_slice(rows),
         bytemuck::cast_slice(visibility),
+        bytemuck::cast_slice(&own.basis),
+        &own.clusters,
+        bytemuck::cast_slice(&own.weights),
     ];
     let mut content = MAGIC.to_vec();
     content.extend(counts.iter().flat_map(|count| count.to_le_bytes()));

@@ -5,20 +5,27 @@
 //!
 //! - [`lattice`]: the points.
 //! - [`transfer`]: what light they get; [`build`] works it out by [`rays`] on the host.
+//! - [`compress`]: the same by clusters of points, in a fraction of the memory.
 //! - [`cache`]: the same, kept on disk.
 //! - [`light`]: the light, as one number for each of its functions.
-//! - [`passes`]: points are lit, and pixels look them up.
+//! - [`points`]: the transfer on the device, and the light of its points.
+//! - [`seen`]: what pixels see of them.
 
 pub mod build;
 pub mod cache;
+pub mod compress;
 pub mod lattice;
 pub mod light;
-pub mod passes;
+pub mod points;
 pub mod rays;
+pub mod seen;
 mod settings;
 pub mod transfer;
 
-pub use passes::{GATHER, LIGHT_POINTS, POINTS, PointLightParams};
+pub use points::{
+    CompressedLightParams, LIGHT_CLUSTERS, LIGHT_COMPRESSED, LIGHT_POINTS, PointLightParams,
+};
+pub use seen::{GATHER, POINTS};
 pub use settings::transfer_settings;
 
 use super::entry::{Entry, Stage};
@@ -26,7 +33,8 @@ use super::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Techniq
 use crate::graph::{Error, Frame, FrameStats, Gpu};
 use crate::render::{GpuScene, Receivers};
 use light::Lights;
-use passes::{Points, Seen};
+use points::Points;
+use seen::Seen;
 use settings::{PRESETS, RULES, SETTINGS};
 use transfer::{Transfer, TransferSettings};
 
@@ -39,10 +47,23 @@ pub static ENTRY: Entry = Entry {
     settings: &[SETTINGS],
     rules: &[RULES],
     presets: PRESETS,
-    passes: &[&[&LIGHT_POINTS, &POINTS, &GATHER]],
+    passes: &[&[
+        &LIGHT_POINTS,
+        &LIGHT_CLUSTERS,
+        &LIGHT_COMPRESSED,
+        &POINTS,
+        &GATHER,
+    ]],
     stages: &[
         &Stage::store("transfer", &[BUILD]),
-        &Stage::store("light of points", &["prt.light_points"]),
+        &Stage::store(
+            "light of points",
+            &[
+                "prt.light_clusters",
+                "prt.light_compressed",
+                "prt.light_points",
+            ],
+        ),
         &Stage::picture("gather", &["prt.points", "prt.gather"]),
     ],
     ..Entry::new(
@@ -159,7 +180,7 @@ impl Technique for Prt {
         // Lights may have moved since.
         let mut host = (*scene.host).clone();
         host.lights.clone_from(&scene.lights);
-        let progress = |share: f32| gpu.tell("transfer", share);
+        let progress = |what, share| gpu.tell(what, share);
         let transfer = match gpu.cache_dir() {
             Some(folder) => Transfer::kept(&host, self.transfer, folder, &progress),
             None => Transfer::new(&host, self.transfer, &progress),

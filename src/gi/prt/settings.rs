@@ -1,5 +1,6 @@
 //! Settings, presets and rules.
 
+use super::compress::CompressSettings;
 use super::lattice::LatticeSettings;
 use super::transfer::{Sampling, TransferSettings};
 use crate::gi::settings::{Domain, Group, Preset, Rule, Setting, Settings};
@@ -113,6 +114,28 @@ pub(super) const SETTINGS: &[Setting] = &[
         default: "clamp",
     },
     Setting {
+        name: "compress",
+        help: "how harmonics are kept: none (all of each point), vq (the mean of a cluster of \
+               points), pca (a few vectors of all points) or cpca (a few vectors of each cluster)",
+        unit: "",
+        domain: Domain::Choice(&["none", "vq", "pca", "cpca"]),
+        default: "none",
+    },
+    Setting {
+        name: "clusters",
+        help: "clusters of points, with vq and cpca",
+        unit: "",
+        domain: Domain::Count { min: 1, max: 256 },
+        default: "64",
+    },
+    Setting {
+        name: "basis",
+        help: "vectors of a cluster beside its mean, with pca and cpca: 2 bytes a point each",
+        unit: "",
+        domain: Domain::Count { min: 1, max: 32 },
+        default: "8",
+    },
+    Setting {
         name: "bounces",
         help: "times that light is reflected, the last time towards the camera",
         unit: "",
@@ -144,6 +167,11 @@ pub(super) const PRESETS: &[Preset] = &[
         values: &[&[("order", "8"), ("cells", "32")]],
     },
     Preset {
+        name: "compressed",
+        help: "as accurate, in a tenth of the memory",
+        values: &[&[("order", "8"), ("cells", "32"), ("compress", "cpca")]],
+    },
+    Preset {
         name: "textbook",
         help: "as published: points at corners, one set of rays over the sphere, the environment \
                alone",
@@ -173,8 +201,19 @@ pub(super) const RULES: &[Rule] = &[
             "sides",
             "points_max",
             "dynamic",
+            "compress",
         ],
     ),
+    Rule {
+        group: Group::Structure,
+        settings: &["clusters"],
+        applies: |settings| settings.is("compress", "vq") || settings.is("compress", "cpca"),
+    },
+    Rule {
+        group: Group::Structure,
+        settings: &["basis"],
+        applies: |settings| settings.is("compress", "pca") || settings.is("compress", "cpca"),
+    },
     Rule::always(
         Group::Light,
         &["order", "transfer_rays", "sampling", "lights", "window"],
@@ -207,5 +246,12 @@ pub fn transfer_settings(settings: &Settings, scene: &GpuScene) -> TransferSetti
         has_backs: settings.is("sides", "auto"),
         invalid_share: settings.number("invalid_share"),
         has_lights: settings.is("lights", "bake"),
+        compress: match settings.choice("compress") {
+            "vq" => Some((settings.count("clusters"), 0)),
+            "pca" => Some((1, settings.count("basis"))),
+            "cpca" => Some((settings.count("clusters"), settings.count("basis"))),
+            _ => None,
+        }
+        .map(|(clusters, vectors)| CompressSettings { clusters, vectors }),
     }
 }

@@ -11,12 +11,13 @@ use glam::Vec3;
 
 use super::build::Builder;
 use super::cache;
+use super::compress::{CompressSettings, Compressed};
 use super::lattice::{Lattice, LatticeSettings};
 pub use super::rays::Sampling;
 use crate::scene::{Light, Scene};
 
-/// A progress of 0 to 1, told from any thread.
-pub type Progress<'p> = &'p (dyn Fn(f32) + Sync);
+/// What is being done, and its progress of 0 to 1, told from any thread.
+pub type Progress<'p> = &'p (dyn Fn(&'static str, f32) + Sync);
 
 /// How transfer is worked out.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,6 +38,8 @@ pub struct TransferSettings {
     pub invalid_share: f32,
     /// Emission and analytic lights have columns.
     pub has_lights: bool,
+    /// How the columns of harmonics are compressed.
+    pub compress: Option<CompressSettings>,
 }
 
 /// The transfer of all points.
@@ -48,7 +51,9 @@ pub struct Transfer {
     pub order: u32,
     /// Functions of a row: harmonics, then emission where something emits, then analytic lights.
     pub functions: u32,
-    /// Of each point, of each function: red, green and blue (W/m²).
+    /// Columns of harmonics, where they are compressed.
+    pub harmonics: Option<Compressed>,
+    /// Of each point, of each other function: red, green and blue (W/m²).
     pub rows: Vec<f32>,
     /// Of each point: the share of the hemisphere that is open, by cosine.
     pub visibility: Vec<f32>,
@@ -59,7 +64,13 @@ pub struct Transfer {
 impl Transfer {
     /// Works out the transfer of a scene.
     pub fn new(scene: &Scene, settings: TransferSettings, progress: Progress<'_>) -> Self {
-        Builder::new(scene, settings).build(progress)
+        let mut transfer = Builder::new(scene, settings).build(progress);
+        if let Some(compress) = settings.compress {
+            progress("clusters of transfer", 0.0);
+            transfer.compress(compress);
+            progress("clusters of transfer", 1.0);
+        }
+        transfer
     }
 
     /// That of a file in a folder or, where there is none, worked out and kept there.
@@ -89,10 +100,37 @@ impl Transfer {
         transfer
     }
 
+    /// The first functions, those that are compressed.
+    pub fn compressed_functions(&self) -> u32 {
+        let harmonics = self.harmonics.as_ref();
+        harmonics.map_or(0, |harmonics| harmonics.stride / 3)
+    }
+
     /// The row of a point.
-    pub fn row(&self, point: usize) -> &[f32] {
-        let stride = 3 * self.functions as usize;
+    pub fn row(&self, point: usize) -> Vec<f32> {
+        let harmonics = self.harmonics.as_ref();
+        let mut row = harmonics.map_or(Vec::new(), |harmonics| harmonics.row(point));
+        row.extend(self.plain_row(point));
+        row
+    }
+
+    /// The part of a point's row that is not compressed.
+    pub fn plain_row(&self, point: usize) -> &[f32] {
+        let stride = 3 * (self.functions - self.compressed_functions()) as usize;
         &self.rows[point * stride..][..stride]
+    }
+
+    /// Compresses the columns of harmonics.
+    fn compress(&mut self, settings: CompressSettings) {
+        let stride = 3 * self.functions as usize;
+        let harmonics = 3 * (self.order * self.order) as usize;
+        let part = |from: usize, to: usize| -> Vec<f32> {
+            let rows = self.rows.chunks_exact(stride);
+            rows.flat_map(|row| &row[from..to]).copied().collect()
+        };
+        let (first, rest) = (part(0, harmonics), part(harmonics, stride));
+        self.harmonics = Some(Compressed::new(&first, harmonics, settings));
+        self.rows = rest;
     }
 }
 

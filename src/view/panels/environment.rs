@@ -65,6 +65,20 @@ pub(super) fn show(ui: &mut Ui, environment: &mut Environment, held: &mut bool) 
                     wanted = Some((clear, scale, rotate_deg));
                 }
             }
+            let hint = "the brightest disc of the sky is a directional light";
+            let mut splits = sky.sun().is_some();
+            row(ui, "sun as a light", hint, |ui| {
+                if ui.checkbox(&mut splits, "").changed() {
+                    let other = if splits {
+                        sky.split_sun()
+                    } else {
+                        Some(sky.whole())
+                    };
+                    if let Some(other) = other {
+                        *sky = Arc::new(other);
+                    }
+                }
+            });
             if (scale, rotate_deg) != (sky.scale(), sky.rotate_deg()) {
                 *sky = Arc::new(sky.with(scale, rotate_deg));
             }
@@ -81,6 +95,8 @@ pub(super) fn show(ui: &mut Ui, environment: &mut Environment, held: &mut bool) 
     if let Some((clear, scale, rotate_deg)) = wanted
         && let Ok(sky) = Sky::clear(clear)
     {
-        *environment = sky.with(scale, rotate_deg).into();
+        let whole = sky.with(scale, rotate_deg);
+        let split = environment.sun().and_then(|_| whole.split_sun());
+        *environment = split.unwrap_or(whole).into();
     }
 }

@@ -62,7 +62,10 @@ pub(super) fn show(ui: &mut Ui, scope: &mut Scope<'_>) {
             });
         }
     });
-    environment::show(ui, &mut scope.session.environment, held);
+    let session = &mut scope.session;
+    let before = session.environment.clone();
+    environment::show(ui, &mut session.environment, held);
+    session.environment.set_sun(&before, &mut session.lights);
 }
 
 fn kind(light: &Light) -> &'static str {

@@ -1,0 +1,116 @@
+//! What pixels see of the points.
+
+use std::sync::Arc;
+
+use super::points::Points;
+use crate::graph::{
+    Access, Binding, ClearOrLoad, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage,
+    Owner, Pass, RasterState, Sets, Shaders, Targets, vk,
+};
+use crate::render::{GpuScene, Receivers};
+
+const SEEN: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
+const DEPTH: vk::Format = vk::Format::D32_SFLOAT;
+
+/// Irradiance and visibility of what each pixel shows. Draws the scene.
+pub static POINTS: Pass = Pass {
+    name: "prt.points",
+    shaders: Shaders::Raster {
+        vertex: "gi/prt/points.vert",
+        geometry: None,
+        fragment: Some("gi/prt/points.frag"),
+        state: RasterState {
+            color: &[SEEN],
+            depth: Some(DEPTH),
+            depth_compare: vk::CompareOp::GREATER,
+            ..RasterState::NO_TARGETS
+        },
+    },
+    bindings: &[
+        Binding::buffer("triangle_nodes", Access::RasterRead),
+        Binding::buffer("node_points", Access::RasterRead),
+        Binding::buffer("point_light", Access::RasterRead),
+    ],
+    constants: &["CLAMP"],
+    params: None,
+    sets: Sets::SceneAndMaterials,
+};
+
+/// The same for the surfaces that are asked for. A thread a texel.
+pub static GATHER: Pass = Pass {
+    name: "prt.gather",
+    shaders: Shaders::Compute("gi/prt/gather.comp"),
+    bindings: &[
+        Binding::sampled("seen", Access::ComputeSampled),
+        Binding::sampled("view_depth", Access::ComputeSampled),
+        Binding::image("indirect_diffuse", Access::ComputeWrite),
+    ],
+    constants: &[],
+    params: None,
+    sets: Sets::Scene,
+};
+
+/// What pixels see of the points.
+pub(super) struct Seen {
+    light: Arc<Image>,
+    depth: Arc<Image>,
+}
+
+impl Seen {
+    /// Allocates pictures of a size (px).
+    pub(super) fn new(gpu: &Gpu, [width, height]: [u32; 2]) -> Result<Self, Error> {
+        let image = |name: &str, format, usage| {
+            gpu.create_image(&ImageDesc {
+                name: name.into(),
+                extent: [width, height, 1],
+                kind: ImageKind::D2,
+                format,
+                mips: 1,
+                layers: 1,
+                usage,
+                owner: Owner::Screen,
+            })
+        };
+        let color = ImageUsage::COLOR | ImageUsage::SAMPLED;
+        Ok(Seen {
+            light: image("prt.seen", SEEN, color)?,
+            depth: image("prt.depth", DEPTH, ImageUsage::DEPTH)?,
+        })
+    }
+
+    /// Adds the pass that draws the points.
+    pub(super) fn draw(
+        &self,
+        frame: &mut Frame,
+        (scene, points): (&GpuScene, &Points),
+        size: [u32; 2],
+        clamps: bool,
+    ) {
+        let black = ClearOrLoad::Clear([0.0; 4]);
+        frame
+            .pass(&POINTS)
+            .bind("triangle_nodes", &points.triangles)
+            .bind("node_points", &points.nodes)
+            .bind("point_light", &points.lit)
+            .constant("CLAMP", clamps)
+            .draw(
+                Targets {
+                    color: &[(&self.light, 0, 0, black)],
+                    depth: Some((&self.depth, 0, black)),
+                    extent: size,
+                    viewport: None,
+                },
+                scene.draws(),
+            );
+    }
+
+    /// Adds the pass that gathers it for some surfaces.
+    pub(super) fn gather(&self, frame: &mut Frame, receivers: &Receivers<'_>) {
+        frame
+            .pass(&GATHER)
+            .bind("seen", &self.light)
+            .bind("view_depth", receivers.view_depth)
+            .bind("indirect_diffuse", receivers.light)
+            .dispatch(receivers.groups());
+    }
+}
