@@ -14,7 +14,7 @@ use crate::render::{
     ShadowSettings, SurfaceChannel, UNDERSAMPLED, Watcher, read_aov, read_indirect, read_light_map,
     read_pixel, read_surface, screen_image, undersampled,
 };
-use crate::scene::{Camera, Scene};
+use crate::scene::{Camera, Environment, Light, Scene};
 
 /// What all techniques share.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -243,12 +243,23 @@ impl<'g> Renderer<'g> {
         Ok(stats)
     }
 
-    /// Moves the lights to where they are in a scene that has as many, of the same kinds; the next
-    /// frame shows it.
+    /// Moves the lights to where they are in a scene that has as many, of the same kinds, and takes
+    /// its environment; the next frame shows it.
     pub fn move_lights(&mut self, scene: &Scene) -> Result<(), Error> {
+        self.relight(&scene.lights, &scene.environment)
+    }
+
+    /// Whether [`Renderer::relight`] takes these lights.
+    pub fn takes_lights(&self, lights: &[Light]) -> bool {
+        self.scene.has_kinds_of(lights)
+    }
+
+    /// The same with these lights and this environment.
+    pub fn relight(&mut self, lights: &[Light], environment: &Environment) -> Result<(), Error> {
         self.screen.doubt();
         self.screen.expect_change(self.frames_to_rest);
-        self.scene.move_lights(self.gpu, &scene.lights)?;
+        self.scene.move_lights(self.gpu, lights)?;
+        self.scene.set_environment(self.gpu, environment)?;
         self.technique
             .follow(&context!(self), Change::Lights)
             .map(drop)

@@ -401,17 +401,14 @@ impl GpuScene {
         lights: &[Light],
         environment: &Environment,
     ) -> Result<(), Error> {
-        let environment = GpuEnvironment::new(gpu, environment, Some(&self.environment))?;
-        if let Some(image) = environment.image() {
-            self.buffers.sky = Arc::clone(image);
-        }
+        self.set_environment(gpu, environment)?;
         self.buffers.lights = storage(
             gpu,
             ("scene.lights", Owner::Shared),
             cast_slice(&gpu_lights(lights, self.cascades)),
         )?;
         self.set = gpu.create_scene_set(&self.buffers)?;
-        (self.lights, self.environment) = (lights.to_vec(), environment);
+        self.lights = lights.to_vec();
         Ok(())
     }
 
@@ -452,18 +449,39 @@ impl GpuScene {
         gpu.submit(frame)
     }
 
-    /// Moves, turns or dims the lights. Their number and kinds stay, and with them the number of
-    /// their views.
-    pub(crate) fn move_lights(&mut self, gpu: &Gpu, lights: &[Light]) -> Result<(), Error> {
+    /// Whether lights are as many as these and of the same kinds, as lights that move have to be.
+    pub fn has_kinds_of(&self, lights: &[Light]) -> bool {
         let kinds = |lights: &[Light]| {
             lights
                 .iter()
                 .map(std::mem::discriminant)
                 .collect::<Vec<_>>()
         };
-        assert_eq!(
-            kinds(lights),
-            kinds(&self.lights),
+        kinds(lights) == kinds(&self.lights)
+    }
+
+    /// Replaces the environment; what is made of its map is used again where the map is the same.
+    pub(crate) fn set_environment(
+        &mut self,
+        gpu: &Gpu,
+        environment: &Environment,
+    ) -> Result<(), Error> {
+        let environment = GpuEnvironment::new(gpu, environment, Some(&self.environment))?;
+        if let Some(image) = environment.image()
+            && !Arc::ptr_eq(image, &self.buffers.sky)
+        {
+            self.buffers.sky = Arc::clone(image);
+            self.set = gpu.create_scene_set(&self.buffers)?;
+        }
+        self.environment = environment;
+        Ok(())
+    }
+
+    /// Moves, turns or dims the lights. Their number and kinds stay, and with them the number of
+    /// their views.
+    pub(crate) fn move_lights(&mut self, gpu: &Gpu, lights: &[Light]) -> Result<(), Error> {
+        assert!(
+            self.has_kinds_of(lights),
             "lights that move keep their number and kinds"
         );
         if !lights.is_empty() {

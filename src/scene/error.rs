@@ -116,7 +116,7 @@ impl SceneError {
     }
 
     /// An error in a file as a whole.
-    pub(super) fn file(path: &Path, problem: impl Into<String>, hint: impl Into<String>) -> Self {
+    pub(crate) fn file(path: &Path, problem: impl Into<String>, hint: impl Into<String>) -> Self {
         SceneError::File {
             path: path.to_owned(),
             problem: problem.into(),

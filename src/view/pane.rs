@@ -68,11 +68,12 @@ impl MadeFor {
         *self.lights == *job.lights && self.environment == job.environment
     }
 
+    /// Whether only the lights and the environment may differ.
     fn fits(&self, job: &Job, pane: &PaneJob) -> bool {
-        let same = self.scene == job.scene.0
+        self.scene == job.scene.0
             && self.technique == pane.entry.name
-            && self.shadows == job.shadows;
-        same && self.has_light_of(job) && self.settings == pane.settings
+            && self.shadows == job.shadows
+            && self.settings == pane.settings
     }
 }
 
@@ -87,11 +88,16 @@ impl<'g> Pane<'g> {
         let wanted = &job.panes[index];
         let is_large_enough =
             |pane: &Pane<'_>| (0..2).all(|axis| pane.renderer.capacity()[axis] >= job.size[axis]);
-        if slot
-            .as_ref()
-            .is_some_and(|pane| pane.made_for.fits(job, wanted) && is_large_enough(pane))
+        if let Some(pane) = slot
+            .as_mut()
+            .filter(|pane| pane.made_for.fits(job, wanted) && is_large_enough(pane))
         {
-            return Ok(());
+            if pane.made_for.has_light_of(job) {
+                return Ok(());
+            }
+            if pane.renderer.takes_lights(&job.lights) {
+                return pane.relight(job);
+            }
         }
         // The old one goes first, so that changing needs no more memory than having; the scene on
         // the device stays where only the technique changes.
@@ -131,6 +137,16 @@ impl<'g> Pane<'g> {
             shown: None,
             camera: None,
         });
+        Ok(())
+    }
+
+    /// Follows lights that have moved and another environment.
+    fn relight(&mut self, job: &Job) -> Result<(), Error> {
+        self.renderer.relight(&job.lights, &job.environment)?;
+        self.renderer.cut();
+        self.made_for.lights = job.lights.to_vec();
+        self.made_for.environment = job.environment.clone();
+        (self.frames, self.shown, self.camera) = (0, None, None);
         Ok(())
     }
 

@@ -9,7 +9,7 @@ use lumivox::gi::prt::light::project_sky;
 use lumivox::gi::prt::transfer::{Sampling, Transfer, TransferSettings};
 use lumivox::gi::shared::sh;
 use lumivox::image::Image;
-use lumivox::scene::{Scene, Sky};
+use lumivox::scene::{Light, Scene, Sky};
 
 use super::reference::{add, lambert, quad, scene};
 use crate::support::Random;
@@ -405,13 +405,55 @@ fn few_rows_make_few_clusters() {
     }
 }
 
+/// Lights that move have their columns worked out anew, and nothing else is; it is what a build
+/// finds that begins with them there.
+#[test]
+fn lights_that_move_take_their_columns_along() {
+    let mut scene = room(0.5);
+    scene.lights = crate::support::technique::small_lights()
+        .map(|(_, light)| light)
+        .to_vec();
+    for material in &mut scene.materials {
+        material.emission = Vec3::splat(0.1);
+    }
+    for compress in [
+        None,
+        Some(CompressSettings {
+            clusters: 3,
+            vectors: 2,
+        }),
+    ] {
+        let with = TransferSettings {
+            rays: 64,
+            bounces: 2,
+            compress,
+            ..settings(0.5)
+        };
+        let mut followed = worked_out(&scene, with);
+        let mut moved = scene.clone();
+        let places = [0, 2];
+        for at in places {
+            match &mut moved.lights[at] {
+                Light::Point { position, .. } | Light::Spot { position, .. } => position.x += 0.1,
+                Light::Directional { direction, .. } => {
+                    *direction = Quat::from_rotation_z(0.3) * *direction;
+                }
+            }
+        }
+        let before = followed.clone();
+        followed.move_lights(&moved, with, &places, &|_, _| ());
+        assert!(followed != before);
+        assert!(followed == worked_out(&moved, with));
+    }
+}
+
 /// What clusters lose of a room under every sky, and what they do not touch.
 #[test]
 fn compressed_transfer_is_near() {
     let mut scene = room(0.5);
     scene.triangles.truncate(10);
     scene.lights = vec![crate::support::technique::small_lights()[0].1];
-    let plain = settings(0.1);
+    let plain = settings(0.2);
     let with = |clusters, vectors| TransferSettings {
         compress: Some(CompressSettings { clusters, vectors }),
         ..plain

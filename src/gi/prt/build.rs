@@ -85,6 +85,20 @@ impl<'s> Builder<'s> {
         }
     }
 
+    /// That of the columns of analytic lights alone.
+    pub(super) fn of_lights(scene: &'s Scene, settings: TransferSettings) -> Self {
+        let mut builder = Builder::new(
+            scene,
+            TransferSettings {
+                order: 0,
+                ..settings
+            },
+        );
+        builder.has_emission = false;
+        builder.stride = 3 * builder.lights.len();
+        builder
+    }
+
     pub(super) fn build(self, progress: Progress<'_>) -> Transfer {
         let points = self.lattice.points.len();
         let ray_count = self.settings.rays as usize;

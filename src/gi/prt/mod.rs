@@ -32,11 +32,12 @@ use super::entry::{Entry, Stage};
 use super::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu};
 use crate::render::{GpuScene, Receivers};
+use crate::scene::{Light, Scene};
 use light::Lights;
 use points::Points;
 use seen::Seen;
 use settings::{PRESETS, RULES, SETTINGS};
-use transfer::{Transfer, TransferSettings};
+use transfer::{Transfer, TransferSettings, unit_light};
 
 /// The work of the host, as a pass ([`FrameStats::of_host`]).
 const BUILD: &str = "prt.build";
@@ -88,6 +89,10 @@ struct Prt {
 
 /// What a build leaves.
 struct Built {
+    /// Kept where lights have columns, which are worked out anew when lights move.
+    transfer: Option<Transfer>,
+    /// The lights of those columns.
+    lights: Vec<Light>,
     points: Points,
     counts: Vec<(&'static str, u64)>,
     /// The light that points have is not that of the scene.
@@ -132,6 +137,29 @@ impl Prt {
         })
     }
 
+    /// Columns of lights that have moved are worked out anew; how bright they are is no matter.
+    fn follow_lights(
+        &mut self,
+        &Context { gpu, scene, .. }: &Context<'_>,
+    ) -> Result<FrameStats, Error> {
+        let begin = std::time::Instant::now();
+        let lights: Vec<Light> = scene.lights.iter().map(unit_light).collect();
+        let Some(built) = &mut self.built else {
+            return Ok(FrameStats::default());
+        };
+        let moved: Vec<usize> = (0..lights.len())
+            .filter(|at| built.lights.get(*at) != Some(&lights[*at]))
+            .collect();
+        let Some(transfer) = built.transfer.as_mut().filter(|_| !moved.is_empty()) else {
+            return Ok(FrameStats::default());
+        };
+        let progress = |what, share| gpu.tell(what, share);
+        transfer.move_lights(&lit_scene(scene), self.transfer, &moved, &progress);
+        built.points = Points::new(gpu, transfer)?;
+        (built.lights, built.is_stale) = (lights, true);
+        Ok(FrameStats::of_host(BUILD, begin))
+    }
+
     /// More points than are wanted are an error, before anything is worked out.
     fn check_count(&self, scene: &GpuScene) -> Result<(), Error> {
         let cell_m = self.transfer.lattice.cell_m;
@@ -165,6 +193,13 @@ impl Prt {
     }
 }
 
+/// The scene on the host, with its lights where they are now.
+fn lit_scene(scene: &GpuScene) -> Scene {
+    let mut host = (*scene.host).clone();
+    host.lights.clone_from(&scene.lights);
+    host
+}
+
 impl Technique for Prt {
     fn needs(&self) -> Needs {
         Needs {
@@ -177,9 +212,7 @@ impl Technique for Prt {
         self.built = None;
         self.check_count(scene)?;
         let begin = std::time::Instant::now();
-        // Lights may have moved since.
-        let mut host = (*scene.host).clone();
-        host.lights.clone_from(&scene.lights);
+        let host = lit_scene(scene);
         let progress = |what, share| gpu.tell(what, share);
         let transfer = match gpu.cache_dir() {
             Some(folder) => Transfer::kept(&host, self.transfer, folder, &progress),
@@ -191,7 +224,10 @@ impl Technique for Prt {
             ("prt_points_filled", transfer.filled.into()),
             ("prt_functions", transfer.functions.into()),
         ];
+        let has_columns = self.transfer.has_lights && !scene.lights.is_empty();
         self.built = Some(Built {
+            transfer: has_columns.then_some(transfer),
+            lights: scene.lights.iter().map(unit_light).collect(),
             points,
             counts,
             is_stale: true,
@@ -203,7 +239,7 @@ impl Technique for Prt {
         match change {
             // Frozen models stay where they were.
             Change::Models => Ok(FrameStats::default()),
-            Change::Lights => self.build(context),
+            Change::Lights => self.follow_lights(context),
             Change::Camera => {
                 if let Some(built) = &mut self.built {
                     let wanted = self.lights.of(context.scene, &self.transfer);

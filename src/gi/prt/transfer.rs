@@ -106,6 +106,27 @@ impl Transfer {
         harmonics.map_or(0, |harmonics| harmonics.stride / 3)
     }
 
+    /// Works out the columns of some lights anew, by their places among the scene's lights.
+    pub fn move_lights(
+        &mut self,
+        scene: &Scene,
+        settings: TransferSettings,
+        moved: &[usize],
+        progress: Progress<'_>,
+    ) {
+        let mut alone = scene.clone();
+        alone.lights = moved.iter().map(|at| scene.lights[*at]).collect();
+        let columns = Builder::of_lights(&alone, settings).build(progress);
+        let stride = 3 * (self.functions - self.compressed_functions()) as usize;
+        let first = stride - 3 * scene.lights.len();
+        let rows = self.rows.chunks_exact_mut(stride);
+        for (row, fresh) in rows.zip(columns.rows.chunks_exact(3 * moved.len())) {
+            for (at, column) in moved.iter().zip(fresh.chunks_exact(3)) {
+                row[first + 3 * at..][..3].copy_from_slice(column);
+            }
+        }
+    }
+
     /// The row of a point.
     pub fn row(&self, point: usize) -> Vec<f32> {
         let harmonics = self.harmonics.as_ref();

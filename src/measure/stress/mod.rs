@@ -14,6 +14,7 @@ mod motion;
 mod record;
 pub mod results;
 mod scenes;
+mod sky;
 mod stability;
 mod thin_walls;
 mod trial;
@@ -60,6 +61,13 @@ pub static CASES: &[&StressCase] = &[
     &light::LIGHT_LEVEL,
     &light::CONTRAST,
     &light::RAY_EFFECT,
+    &sky::SUN_WIDTH,
+    &sky::TURN,
+    &sky::HIDDEN,
+    &sky::OPENING,
+    &sky::SHEET,
+    &sky::SUNK_BOX,
+    &sky::MOVED,
     &extent::SCENE_SIZE,
     &extent::TRIANGLE_COUNT,
     &extent::ONE_VOXEL,

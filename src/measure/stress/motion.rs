@@ -14,7 +14,7 @@ use crate::metrics::stability::{excess_flicker, lag, popping, squares};
 use crate::scene::bundled::mesh::Mesh;
 use crate::scene::{Camera, Keyframe, Light, Pose, Scene};
 
-const FIGURES: &[Figure] = &[
+pub(super) const FIGURES: &[Figure] = &[
     Figure {
         name: "flicker",
         pass: 0.02,
@@ -143,7 +143,7 @@ pub(super) fn to_and_fro(frame: usize, speed: f32, way: f32) -> f32 {
 }
 
 /// A room with a lamp, and a red block that is 1 m further along x at 1 s.
-fn block_in_room() -> Scene {
+pub(super) fn block_in_room() -> Scene {
     let mut scene = closed_room().0.into_scene(
         "block-in-room",
         lamp([0.3, 2.6, 0.4], 8.0),
@@ -176,7 +176,10 @@ pub(super) fn pushed(way_m: Vec3) -> Vec<Keyframe> {
 
 /// Frames of a technique that keeps what it has from one to the next, against the reference of
 /// each.
-fn figures(trial: &Trial<'_>, scene_at: impl Fn(usize) -> Scene) -> Result<Vec<f64>, StressError> {
+pub(super) fn figures(
+    trial: &Trial<'_>,
+    scene_at: impl Fn(usize) -> Scene,
+) -> Result<Vec<f64>, StressError> {
     let first = scene_at(0);
     let (mut renderer, _) =
         Renderer::new(trial.gpu, &first, trial.entry, trial.settings, trial.frame)?;
