@@ -14,13 +14,14 @@ use super::write::check_output_folder;
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n\
 \x20 lumivox scene --list\n\
-\x20 lumivox scene bundled:two-rooms --set door=0.5 -o two-rooms")]
+\x20 lumivox scene bundled:two-rooms --set door=0.5 -o two-rooms\n\
+\x20 lumivox scene bundled:atrium --with 'environment.clear_sky = {}' -o outdoors")]
 pub(crate) struct Args {
     /// A bundled scene's name, or the path of a .toml or .obj file.
     #[arg(required_unless_present = "list")]
     scene: Option<OsString>,
     /// List the bundled scenes with their parameters.
-    #[arg(long, conflicts_with_all = ["scene", "output", "set"])]
+    #[arg(long, conflicts_with_all = ["scene", "output", "set", "with"])]
     list: bool,
     /// Folder to write into; made where it does not exist. Without it, the scene is only
     /// described.
@@ -29,6 +30,9 @@ pub(crate) struct Args {
     /// A parameter of the bundled scene (repeatable).
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
+    /// TOML in the scene format that replaces the scene's camera, light or environment (repeatable).
+    #[arg(long, value_name = "TOML")]
+    with: Vec<String>,
     #[command(flatten)]
     load: LoadArgs,
 }
@@ -42,7 +46,11 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
     if let Some(folder) = &args.output {
         check_output_folder(folder)?;
     }
-    let scene = open(name, args).map_err(CliError::input)?;
+    let mut scene = open(name, args).map_err(CliError::input)?;
+    args.with
+        .iter()
+        .try_for_each(|text| scene.overlay("--with", text))
+        .map_err(CliError::input)?;
     print_summary(&scene);
     if let Some(folder) = &args.output {
         let path = scene.write(folder).map_err(CliError::failed)?;

@@ -195,9 +195,9 @@ impl Sky {
         })
     }
 
-    /// Half of the width of the disc that was taken out (°).
-    pub fn sun_radius_deg(&self) -> Option<f32> {
-        self.map.sun.as_ref().map(|(sun, _)| sun.radius_deg)
+    /// About the width of the disc that was taken out (°).
+    pub fn sun_width_deg(&self) -> Option<f32> {
+        self.map.sun.as_ref().map(|(sun, _)| sun.width_deg)
     }
 
     /// Whether another has the same texels, however scaled and turned.
@@ -243,16 +243,16 @@ impl Sky {
 
     /// Says what was taken out, in one line.
     fn tell_sun(&self, path: &Path) {
-        let (Some(sun), Some(radius)) = (self.sun(), self.sun_radius_deg()) else {
+        let (Some(sun), Some(width_deg)) = (self.sun(), self.sun_width_deg()) else {
             return;
         };
         let (to_sun, _, irradiance) = sun.sample(Vec3::ZERO);
         let [r, g, b] = irradiance.to_array();
         log::warn!(
-            "{}: the sun is a directional light: {:.1}° up, {:.2}° wide, {r:.4} {g:.4} {b:.4} W/m²",
+            "{}: the sun is a directional light: {:.1}° up, {width_deg:.2}° wide, {r:.4} {g:.4} \
+             {b:.4} W/m²",
             path.display(),
             to_sun.y.asin().to_degrees(),
-            2.0 * radius,
         );
     }
 

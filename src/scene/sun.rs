@@ -13,8 +13,8 @@ pub(super) struct Sun {
     pub(super) to_sun: Vec3,
     /// On a surface that faces it (W/m²).
     pub(super) irradiance: Vec3,
-    /// Half of its width (°).
-    pub(super) radius_deg: f32,
+    /// Of a disc that is all as bright as its brightest place (°).
+    pub(super) width_deg: f32,
 }
 
 /// Texels with this part of the largest luminance, and beside the largest, are of the disc.
@@ -81,9 +81,15 @@ pub(super) fn split(image: &Image) -> Option<(Image, Sun)> {
     let sun = Sun {
         to_sun: to_sun.as_vec3(),
         irradiance: irradiance.as_vec3(),
-        radius_deg: radius.to_degrees() as f32,
+        width_deg: width_deg(luminance(irradiance.as_vec3()), of(brightest)),
     };
     Some((rest, sun))
+}
+
+/// Width of a disc that brings so much where it has such a radiance (°).
+fn width_deg(irradiance: f32, radiance: f32) -> f32 {
+    let sin = (irradiance / (std::f32::consts::PI * radiance)).sqrt();
+    2.0 * sin.min(1.0).asin().to_degrees()
 }
 
 /// Texels that hang together with one, all of some luminance; the map goes on around u.

@@ -117,11 +117,11 @@ fn scenes_split_the_sun_off() {
         let height = "environment.clear_sky.sun_height_deg = 40.0\n";
         format!("{height}environment.scale = 0.02\n{more}")
     };
-    let mut take = |more: &str| {
+    let take = |scene: &mut Scene, more: &str| {
         scene.overlay("test", &sky(more)).unwrap();
         scene.lights.clone()
     };
-    let lights = take("environment.split_sun = true");
+    let lights = take(&mut scene, "environment.split_sun = true");
     assert_eq!(lights.len(), before.len() + 1);
     let clear = ClearSky {
         sun_height_deg: 40.0,
@@ -133,9 +133,14 @@ fn scenes_split_the_sun_off() {
     let off = off.to_array().into_iter().worst();
     println!("off by {off_deg}° and {off}");
     assert!(off_deg < 0.02 && off < 1e-3, "{off_deg}° {off}");
-    let turned = take("environment.split_sun = true\nenvironment.rotate_deg = 90.0");
+    let width_deg = scene.environment.sky().unwrap().sun_width_deg().unwrap();
+    assert!((width_deg - 0.533).abs() < 0.01, "{width_deg}°");
+    let turned = take(
+        &mut scene,
+        "environment.split_sun = true\nenvironment.rotate_deg = 90.0",
+    );
     assert_eq!(turned.len(), before.len() + 1);
     let (to_sun, ..) = turned[before.len()].sample(Vec3::ZERO);
     assert!((to_sun.x - clear.to_sun().z).abs() < 1e-3, "{to_sun}");
-    assert_eq!(take(""), before);
+    assert_eq!(take(&mut scene, ""), before);
 }
