@@ -320,6 +320,55 @@ fn a_sky_is_exchanged_as_lights_are() {
     }
 }
 
+/// Every technique follows a sky that turns, grows dim and is exchanged while it renders: once it is
+/// at rest, it shows what a new renderer shows.
+#[test]
+fn skies_are_followed() {
+    let gpu = gpu();
+    let mut random = Random::new(19);
+    let mut scene = open_cornell();
+    let first = Sky::new(random_map(&mut random, 16, 8), 0.0).unwrap();
+    let other = Sky::new(random_map(&mut random, 40, 20), 10.0).unwrap();
+    scene.environment = first.clone().into();
+    let size = frame(24, 18, 64);
+    for case in default_cases() {
+        let settings = case.settings(SMALL);
+        let new = |scene: &Scene| Renderer::new(&gpu, scene, case.entry, &settings, size);
+        let at_rest = |renderer: &mut Renderer<'_>| {
+            // Light of frames before fades.
+            let frames = match case.entry.rest(&settings) {
+                1 => 1,
+                rest => 2 * rest.max(16),
+            };
+            for _ in 0..frames {
+                renderer.render(&scene.camera).unwrap();
+            }
+            renderer.aov(Aov::Full).unwrap()
+        };
+        let mut kept = new(&scene).unwrap().0;
+        kept.render(&scene.camera).unwrap();
+        for environment in [first.with(0.5, 100.0).into(), other.clone().into()] {
+            let mut changed = scene.clone();
+            changed.environment = environment;
+            kept.relight(&changed.lights, &changed.environment).unwrap();
+            let found = at_rest(&mut kept);
+            let expected = at_rest(&mut new(&changed).unwrap().0);
+            let mean = expected
+                .pixels
+                .iter()
+                .map(|pixel| f64::from(pixel.y))
+                .sum::<f64>()
+                / expected.pixels.len() as f64;
+            let pairs = found.pixels.iter().zip(&expected.pixels);
+            let off = pairs
+                .map(|(a, b)| f64::from((a.y - b.y).abs()) / mean)
+                .worst();
+            println!("{}: off by {off:.5}", case.name());
+            assert!(off < 0.02, "{}: {off}", case.name());
+        }
+    }
+}
+
 /// Maps without light, and so dim or bright that half floats alone would not hold them.
 #[test]
 fn dark_dim_and_bright_maps_are_held() {

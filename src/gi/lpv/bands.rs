@@ -110,6 +110,13 @@ pub struct Streams {
 }
 
 impl Streams {
+    /// Takes what comes in from another environment, or at another scale.
+    pub fn set_inflow(&self, gpu: &Gpu, inflow: Inflow<'_>) -> Result<(), Error> {
+        // It is before the matrices.
+        let outside = inflow.lobe(self.bands as usize);
+        gpu.upload_buffer(&self.matrices, bytemuck::cast_slice(&outside))
+    }
+
     /// Allocates streams in three or four bands.
     pub fn new(
         gpu: &Gpu,

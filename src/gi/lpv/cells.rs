@@ -293,8 +293,23 @@ impl Cells {
         (self.grid, self.faces.grid) = (grid, grid);
     }
 
+    /// Follows lights that have moved and another environment; its scale is that of the finest of
+    /// grids that share how they propagate.
+    pub(super) fn follow_lights(&mut self, gpu: &Gpu, inflow: Inflow<'_>) -> Result<(), Error> {
+        self.forget_blockers();
+        match &*self.propagation {
+            Propagation::Sweep(sweep) => sweep.set_inflow(gpu, inflow),
+            Propagation::Jacobi(jacobi) => jacobi.set_inflow(gpu, inflow),
+            Propagation::Slices(slices) => slices.set_inflow(gpu, inflow),
+            Propagation::Leaves(leaves) => leaves.set_inflow(gpu, inflow),
+            Propagation::Lobes(lobes) => lobes.set_inflow(gpu, inflow),
+            Propagation::Streams(streams) => streams.set_inflow(gpu, inflow),
+            Propagation::Levels(levels) => levels.set_inflow(gpu, inflow),
+        }
+    }
+
     /// What lights see is to be found anew: they have moved.
-    pub(super) fn forget_blockers(&mut self) {
+    fn forget_blockers(&mut self) {
         if let Some(blockers) = &mut self.blockers {
             blockers.forget();
         }

@@ -82,6 +82,12 @@ pub struct Jacobi {
 }
 
 impl Jacobi {
+    /// Takes what comes in from another environment, or at another scale.
+    pub fn set_inflow(&self, gpu: &Gpu, inflow: Inflow<'_>) -> Result<(), Error> {
+        let words = self.directions.words(inflow);
+        gpu.upload_buffer(&self.list, bytemuck::cast_slice(&words))
+    }
+
     /// Allocates steps of grids of this size along this many directions.
     pub fn new(
         gpu: &Gpu,

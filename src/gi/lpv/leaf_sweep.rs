@@ -144,6 +144,12 @@ struct Tables {
 }
 
 impl LeafSweep {
+    /// Takes what comes in from another environment, or at another scale.
+    pub fn set_inflow(&self, gpu: &Gpu, inflow: Inflow<'_>) -> Result<(), Error> {
+        let words = self.directions.words(inflow);
+        gpu.upload_buffer(&self.list, bytemuck::cast_slice(&words))
+    }
+
     /// Allocates what does not depend on the leaves.
     pub fn new(
         gpu: &Gpu,

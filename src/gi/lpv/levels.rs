@@ -129,6 +129,14 @@ pub struct Levels {
 }
 
 impl Levels {
+    /// Takes what comes in from another environment, or at another scale.
+    pub fn set_inflow(&self, gpu: &Gpu, inflow: Inflow<'_>) -> Result<(), Error> {
+        let coarser = self.coarser.iter().map(|level| &level.lobes);
+        std::iter::once(&self.finest)
+            .chain(coarser)
+            .try_for_each(|lobes| lobes.set_inflow(gpu, inflow))
+    }
+
     /// Allocates.
     pub fn new(
         gpu: &Gpu,

@@ -203,6 +203,12 @@ pub struct Lobes {
 }
 
 impl Lobes {
+    /// Takes what comes in from another environment, or at another scale.
+    pub fn set_inflow(&self, gpu: &Gpu, inflow: Inflow<'_>) -> Result<(), Error> {
+        // It is before the streams.
+        gpu.upload_buffer(&self.streams, bytemuck::cast_slice(&inflow.lobe(2)))
+    }
+
     /// Allocates.
     pub fn new(
         gpu: &Gpu,

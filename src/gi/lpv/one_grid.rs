@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::gather::Lookup;
+use super::inflow::Inflow;
 use super::peel::CameraLayers;
 use super::structure::{self, Structure};
 use super::{
@@ -54,7 +55,8 @@ impl Technique for OneGrid {
         match change {
             Change::Models => self.build(context),
             Change::Lights => {
-                self.cells.forget_blockers();
+                let inflow = Inflow::new(context.scene, &self.cells.grid);
+                self.cells.follow_lights(context.gpu, inflow)?;
                 Ok(FrameStats::default())
             }
             Change::Camera => Ok(FrameStats::default()),

@@ -69,6 +69,7 @@ pub fn dominant_axis(direction: DVec3) -> usize {
 /// Slices of grids of one size.
 pub struct Slices {
     size: UVec3,
+    directions: Directions,
     list: Arc<Buffer>,
     /// Pairs of directions that a group has at most.
     most_pairs: u32,
@@ -103,9 +104,16 @@ fn words(directions: &Directions, inflow: Inflow<'_>) -> (Vec<u32>, u32) {
 }
 
 impl Slices {
+    /// Takes what comes in from another environment, or at another scale.
+    pub fn set_inflow(&self, gpu: &Gpu, inflow: Inflow<'_>) -> Result<(), Error> {
+        let (words, _) = words(&self.directions, inflow);
+        gpu.upload_buffer(&self.list, bytemuck::cast_slice(&words))
+    }
+
     /// Allocates slices of grids of this size, for this many directions.
     pub fn new(gpu: &Gpu, size: UVec3, directions: u32, inflow: Inflow<'_>) -> Result<Self, Error> {
-        let (words, most_pairs) = words(&Directions::spiral(directions), inflow);
+        let directions = Directions::spiral(directions);
+        let (words, most_pairs) = words(&directions, inflow);
         let [x, y, z] = size.to_array();
         let edge = size.max_element();
         let slab_bytes = u64::from(x * y * z * COEFFICIENT_PAIRS) * PAIR_BYTES;
@@ -122,6 +130,7 @@ impl Slices {
         let stored = |name, extent| volume(gpu, (name, pairs), extent, ImageUsage::STORAGE);
         Ok(Slices {
             size,
+            directions,
             list: storage(
                 gpu,
                 ("lpv.directions", Owner::Store),

@@ -12,6 +12,7 @@ pub use layout::Layout;
 
 use super::cells::radiance_scale;
 use super::gather::Lookup;
+use super::inflow::Inflow;
 use super::peel::CameraLayers;
 use super::structure::Structure;
 use super::sweep::Nesting;
@@ -101,7 +102,12 @@ impl Technique for CascadedLpv {
                 Ok(stats)
             }
             Change::Lights => {
-                self.levels.iter_mut().for_each(Cells::forget_blockers);
+                if let Some(finest) = self.levels.last().map(|cells| cells.grid) {
+                    let inflow = Inflow::new(context.scene, &finest);
+                    for cells in &mut self.levels {
+                        cells.follow_lights(context.gpu, inflow)?;
+                    }
+                }
                 Ok(FrameStats::default())
             }
         }
