@@ -27,7 +27,7 @@ impl Mode {
 pub(super) const BOOKMARKS: usize = 9;
 
 /// Degrees that dragging over one point turns.
-const DEG_PER_POINT: f32 = 0.25;
+pub(super) const DEG_PER_POINT: f32 = 0.25;
 
 /// The steepest view, from the horizon (degrees).
 const STEEPEST_DEG: f32 = 89.0;

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use glam::Vec3;
 
 use super::beam::{BeamAnswer, BeamJob, BeamState};
-use super::camera::Controls;
+use super::camera::{Controls, DEG_PER_POINT};
 use super::picture::{Components, Look, ToneMap};
 use super::simulator::{Order, SimulatorState};
 use super::suit::{Suit, SuitAnswer, SuitJob};
@@ -196,6 +196,21 @@ pub(super) struct Session {
 }
 
 impl Session {
+    /// The sky was dragged by `x` points to the right.
+    pub(super) fn drag_sky(&mut self, x: f32) {
+        let Some(sky) = self.environment.sky() else {
+            return;
+        };
+        let turned = sky.with(sky.scale(), sky.rotate_deg() - DEG_PER_POINT * x);
+        self.set_environment(turned.into());
+    }
+
+    /// Replaces the environment, and with it the sun that was taken out of it.
+    pub(super) fn set_environment(&mut self, environment: Environment) {
+        environment.set_sun(&self.environment, &mut self.lights);
+        self.environment = environment;
+    }
+
     pub(super) fn new(
         source: OsString,
         scene: Scene,

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use super::transfer::TransferSettings;
 use crate::gi::Settings;
 use crate::gi::shared::sh::{self, Rotation};
+use crate::image::luminance;
 use crate::render::GpuScene;
 use crate::scene::{Light, Sky};
 
@@ -101,7 +102,13 @@ impl Lights {
         let is_known = |(known, _): &&(Arc<Sky>, Vec<DVec3>)| known.is_of_map(sky);
         let plain = match self.map.as_ref().filter(is_known) {
             Some((_, plain)) => plain.clone(),
-            None => project_sky(order, sky),
+            None => {
+                let plain = project_sky(order, sky);
+                if let Some(told) = told_of_loss(&plain, sky) {
+                    log::warn!("prt: {told}");
+                }
+                plain
+            }
         };
         self.map = Some((Arc::clone(sky), plain.clone()));
         let turn = DMat3::from_rotation_y(f64::from(sky.rotate_deg()).to_radians());
@@ -116,6 +123,56 @@ impl Lights {
             .map(|((r, g), b)| scale * DVec3::new(*r, *g, *b))
             .collect()
     }
+}
+
+/// The most bands that harmonics may have.
+const MOST_BANDS: u32 = 10;
+
+/// What to say where harmonics hold less than half of the square of a sky's luminance.
+fn told_of_loss(plain: &[DVec3], sky: &Sky) -> Option<String> {
+    let all = squared(sky);
+    let held = |harmonics: &[DVec3]| {
+        let squares = harmonics
+            .iter()
+            .map(|rgb| f64::from(luminance(rgb.as_vec3())).powi(2));
+        squares.sum::<f64>() / all
+    };
+    // No number, where the sky is black.
+    let share = held(plain);
+    if share.is_nan() || share >= 0.5 {
+        return None;
+    }
+    let order = plain.len().isqrt();
+    let more = project_sky(MOST_BANDS, sky);
+    let enough =
+        (order + 1..=MOST_BANDS as usize).find(|order| held(&more[..order * order]) >= 0.5);
+    let advice = enough.map_or_else(
+        || {
+            format!(
+                "no order up to {MOST_BANDS} holds half; `environment.split_sun` takes a sun out"
+            )
+        },
+        |enough| format!("`order={enough}` holds half"),
+    );
+    let percent = 100.0 * share;
+    Some(format!(
+        "`order={order}` holds {percent:.1}% of the square of the sky's light, and blurs the rest; \
+         {advice}"
+    ))
+}
+
+/// ∫ L² dω of a sky's luminance, before it is scaled.
+fn squared(sky: &Sky) -> f64 {
+    let image = sky.image();
+    let (width, height) = (f64::from(image.width), f64::from(image.height));
+    let rows = (0..).zip(image.pixels.chunks(image.width as usize));
+    rows.map(|(y, row): (u32, _)| {
+        let edge = |y: u32| (PI * f64::from(y) / height).cos();
+        let solid_angle = (edge(y) - edge(y + 1)) * TAU / width;
+        let squares = row.iter().map(|texel| f64::from(luminance(*texel)).powi(2));
+        solid_angle * squares.sum::<f64>()
+    })
+    .sum()
 }
 
 /// Radiance of a sky as harmonics, red, green and blue of each, before it is scaled and turned:
@@ -146,4 +203,45 @@ pub fn project_sky(order: u32, sky: &Sky) -> Vec<DVec3> {
     (0..functions)
         .map(|at| rows.iter().map(|row| row[at]).sum())
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::image::Image;
+
+    /// A disc of so many degrees in a dim sky, at +y.
+    fn disc(width_deg: f32) -> Sky {
+        let image = Image::from_fn(256, 128, |index| {
+            let from_top = ((index / 256) as f32 + 0.5) / 128.0 * 180.0;
+            let is_in = from_top < 0.5 * width_deg;
+            Vec3::splat(if is_in { 10.0 } else { 0.001 })
+        });
+        let sky = Sky::new(image, 0.0);
+        sky.unwrap_or_else(|problem| panic!("{problem}"))
+    }
+
+    /// Of a disc that is wide enough half is held, by more bands the narrower it is; of a narrow
+    /// one no order holds half. A black sky loses nothing.
+    #[test]
+    fn what_bands_lose_is_told() {
+        let told = |width_deg: f32, order| {
+            let sky = disc(width_deg);
+            told_of_loss(&project_sky(order, &sky), &sky)
+        };
+        assert_eq!(told(180.0, 4), None);
+        assert_eq!(told(60.0, 6), None);
+        let some = told(40.0, 3);
+        let order = some.as_ref().and_then(|some| some.split("`order=").nth(2));
+        let order: u32 = order
+            .and_then(|text| text.split('`').next())
+            .and_then(|text| text.parse().ok())
+            .unwrap_or_default();
+        assert!((4..=10).contains(&order), "{some:?}");
+        assert_eq!(told(40.0, order), None);
+        assert!(told(40.0, order - 1).is_some());
+        let none = told(5.0, 6);
+        assert!(none.is_some_and(|text| text.contains("split_sun")));
+        assert_eq!(told(0.0, 2), None);
+    }
 }

@@ -349,9 +349,12 @@ fn divider(ui: &Ui, rect: Rect, scope: &mut Scope<'_>) -> bool {
 }
 
 fn mouse(ui: &Ui, response: &egui::Response, scope: &mut Scope<'_>) {
-    let controls = &mut scope.session.controls;
     let moved = response.drag_delta();
-    if response.dragged_by(PointerButton::Primary) {
+    let turns_sky = ui.input(|input| input.modifiers.command);
+    let controls = &mut scope.session.controls;
+    if response.dragged_by(PointerButton::Primary) && turns_sky {
+        scope.session.drag_sky(moved.x);
+    } else if response.dragged_by(PointerButton::Primary) {
         controls.drag(moved.into());
     } else if response.dragged_by(PointerButton::Secondary)
         || response.dragged_by(PointerButton::Middle)
@@ -365,7 +368,7 @@ fn mouse(ui: &Ui, response: &egui::Response, scope: &mut Scope<'_>) {
     }
     let notches = ui.input(|input| input.smooth_scroll_delta.y) / 50.0;
     if response.hovered() && notches != 0.0 {
-        controls.wheel(notches);
+        scope.session.controls.wheel(notches);
     }
 }
 

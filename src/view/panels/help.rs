@@ -11,6 +11,7 @@ const KEYS: &[(&str, &str)] = &[
     ("Shift", "four times as fast"),
     ("drag", "look around (fly), go around the target (orbit)"),
     ("right drag, arrow keys", "pan; arrow keys turn"),
+    ("Ctrl+drag, Shift+← →", "turn the sky"),
     ("wheel, + −", "speed (fly), distance (orbit)"),
     ("O", "fly or orbit"),
     ("F", "frame the whole scene"),

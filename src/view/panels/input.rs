@@ -145,7 +145,8 @@ fn camera_keys(ctx: &Context, scope: &mut Scope<'_>) {
         };
         controls.fly(hurry * along, seconds);
     }
-    if turn != [0.0; 2] {
+    let turns_sky = ctx.input(|input| input.modifiers.shift) && turn[0] != 0.0;
+    if turn != [0.0; 2] && !turns_sky {
         controls.drag(turn.map(|turn| turn * TURN_POINTS * seconds));
     }
     if along != Vec3::ZERO || turn != [0.0; 2] {
@@ -175,5 +176,8 @@ fn camera_keys(ctx: &Context, scope: &mut Scope<'_>) {
         if let Some(camera) = controls.bookmarks[slot].filter(|_| pressed(key)) {
             controls.camera = camera;
         }
+    }
+    if turns_sky {
+        scope.session.drag_sky(turn[0] * TURN_POINTS * seconds);
     }
 }

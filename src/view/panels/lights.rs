@@ -62,10 +62,9 @@ pub(super) fn show(ui: &mut Ui, scope: &mut Scope<'_>) {
             });
         }
     });
-    let session = &mut scope.session;
-    let before = session.environment.clone();
-    environment::show(ui, &mut session.environment, held);
-    session.environment.set_sun(&before, &mut session.lights);
+    let mut environment = scope.session.environment.clone();
+    environment::show(ui, &mut environment, held);
+    scope.session.set_environment(environment);
 }
 
 fn kind(light: &Light) -> &'static str {
