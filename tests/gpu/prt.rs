@@ -229,3 +229,88 @@ fn backs_have_their_own_light() {
         }
     }
 }
+
+/// Views show what the host has, pixel by pixel, and change no picture.
+#[test]
+fn views_show_points_and_their_transfer() {
+    let gpu = gpu();
+    let scene = open_cornell();
+    let case = case("balanced");
+    let find = |name: &str| {
+        let mut all = case.entry.views.iter().copied().flatten();
+        all.find(|view| view.name == name).unwrap()
+    };
+    let (points, transfer_view) = (find("transfer-points"), find("transfer"));
+    let clusters = find("transfer-clusters");
+    for compress in ["none", "cpca"] {
+        let pairs = &[("compress", compress), ("clusters", "12"), ("basis", "3")];
+        let pairs = &pairs[..if compress == "none" { 1 } else { 3 }];
+        let uploaded = GpuScene::new(&gpu, &scene).unwrap();
+        let settings = transfer_settings(&case.settings(pairs), &uploaded);
+        let transfer = Transfer::new(&scene, settings, &|_, _| ());
+        let size = 40;
+        let wanted = frame(size, size, 64);
+        let made = Renderer::new(&gpu, &scene, case.entry, &case.settings(pairs), wanted);
+        let mut renderer = made.unwrap().0;
+        renderer.render(&scene.camera).unwrap();
+        let before = renderer.aov(lumivox::image::Aov::Full).unwrap();
+        assert_eq!(
+            renderer.levels(transfer_view),
+            transfer.order * transfer.order
+        );
+        assert_eq!(renderer.levels(clusters), u32::from(compress == "cpca"));
+        let camera = scene.camera;
+        let [right, up, forward] = camera.basis().map(Vec3::as_dvec3);
+        let tan = (0.5 * f64::from(camera.vfov_deg)).to_radians().tan();
+        let around: Vec<Option<[(u32, f32); 3]>> = (0..size * size)
+            .map(|index| {
+                let at = |pixel: u32| (f64::from(pixel) + 0.5) / f64::from(size) * 2.0 - 1.0;
+                let ray = forward + tan * (at(index % size) * right - at(index / size) * up);
+                let (triangle, place, is_back) = closest(&scene, camera.eye.as_dvec3(), ray)?;
+                transfer.lattice.at(triangle, is_back, place)
+            })
+            .collect();
+        for level in [0, 2, 6, 20] {
+            let seen = renderer.view(transfer_view, level).unwrap().unwrap();
+            let pairs = seen.pixels.iter().zip(&around);
+            let offs = pairs.filter_map(|(pixel, around)| {
+                let expected = around.as_ref()?.iter().map(|(point, share)| {
+                    let row = transfer.row(*point as usize);
+                    f64::from(share * row[3 * level as usize + 1])
+                });
+                Some((f64::from(pixel.y) - expected.sum::<f64>()).abs())
+            });
+            let off = offs.worst();
+            println!("{compress}: coefficient {level} is off by {off:.5}");
+            assert!(off < 3e-3, "{level}: {off}");
+        }
+        // A number has one colour, and another number another.
+        let is_told = |view, number: &dyn Fn(u32) -> u32| {
+            let seen = renderer.view(view, 0).unwrap().unwrap();
+            let mut colors = std::collections::BTreeMap::new();
+            let mut compared = 0;
+            for (pixel, around) in seen.pixels.iter().zip(&around) {
+                let Some(around) = around else { continue };
+                let mut sorted = *around;
+                sorted.sort_by(|a, b| b.1.total_cmp(&a.1));
+                if sorted[0].1 - sorted[1].1 < 1e-2 {
+                    continue;
+                }
+                let color = pixel.to_array().map(f32::to_bits);
+                let known = colors.entry(number(sorted[0].0)).or_insert(color);
+                assert_eq!(*known, color);
+                compared += 1;
+            }
+            let distinct: std::collections::BTreeSet<_> = colors.values().collect();
+            assert!(compared > 500 && distinct.len() == colors.len());
+            colors.len()
+        };
+        assert!(is_told(points, &|point| point) > 100);
+        if let Some(harmonics) = &transfer.harmonics {
+            let of = |point: u32| u32::from(harmonics.clusters[point as usize]);
+            assert!(is_told(clusters, &of) > 2);
+        }
+        renderer.render(&scene.camera).unwrap();
+        assert_eq!(renderer.aov(lumivox::image::Aov::Full).unwrap(), before);
+    }
+}

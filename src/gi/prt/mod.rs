@@ -9,7 +9,7 @@
 //! - [`cache`]: the same, kept on disk.
 //! - [`light`]: the light, as one number for each of its functions.
 //! - [`points`]: the transfer on the device, and the light of its points.
-//! - [`seen`]: what pixels see of them.
+//! - [`seen`]: what pixels see of them; [`view`]: and what of the transfer.
 
 pub mod build;
 pub mod cache;
@@ -21,17 +21,22 @@ pub mod rays;
 pub mod seen;
 mod settings;
 pub mod transfer;
+pub mod view;
 
 pub use points::{
     CompressedLightParams, LIGHT_CLUSTERS, LIGHT_COMPRESSED, LIGHT_POINTS, PointLightParams,
 };
-pub use seen::{GATHER, POINTS};
+pub use seen::{GATHER, MARKS, POINTS};
 pub use settings::transfer_settings;
+pub use view::VIEW;
+
+use std::sync::Arc;
 
 use super::entry::{Entry, Stage};
+use super::inspect::ViewRow;
 use super::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
-use crate::graph::{Error, Frame, FrameStats, Gpu};
-use crate::render::{GpuScene, Receivers};
+use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
+use crate::render::{GBuffer, GpuScene, Receivers};
 use crate::scene::{Light, Scene};
 use light::Lights;
 use points::Points;
@@ -54,7 +59,10 @@ pub static ENTRY: Entry = Entry {
         &LIGHT_COMPRESSED,
         &POINTS,
         &GATHER,
+        &MARKS,
+        &VIEW,
     ]],
+    views: &[&view::VIEWS],
     stages: &[
         &Stage::store("transfer", &[BUILD]),
         &Stage::store(
@@ -132,7 +140,7 @@ impl Prt {
             clamps: settings.is("negative", "clamp"),
             points_max: settings.count("points_max").into(),
             lights: Lights::new(settings),
-            seen: Seen::new(gpu, context.size)?,
+            seen: Seen::new(gpu, scene, context.size)?,
             built: None,
         })
     }
@@ -265,9 +273,8 @@ impl Technique for Prt {
 
     fn gather(&mut self, frame: &mut Frame, given: &Inputs<'_>, receivers: &Receivers<'_>) {
         let Some(built) = &self.built else { return };
-        let drawn = (given.scene, &built.points);
-        self.seen
-            .draw(frame, drawn, given.gbuffer.size, self.clamps);
+        let size = given.gbuffer.size;
+        self.seen.draw(frame, &built.points, size, self.clamps);
         self.seen.gather(frame, receivers);
     }
 }
@@ -276,5 +283,29 @@ impl Inspect for Prt {
     fn counts(&self, _gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, Error> {
         let built = self.built.as_ref();
         Ok(built.map(|built| built.counts.clone()).unwrap_or_default())
+    }
+
+    fn levels(&self, view: &ViewRow) -> u32 {
+        let built = self.built.as_ref();
+        built.map_or(0, |built| {
+            view::levels(view, &built.points, self.transfer.order)
+        })
+    }
+
+    fn draw_view(
+        &self,
+        frame: &mut Frame,
+        view: (&ViewRow, u32),
+        gbuffer: &GBuffer,
+        seen: &Arc<Image>,
+    ) {
+        if let Some(built) = &self.built {
+            view::draw(
+                frame,
+                view,
+                (&built.points, &self.seen),
+                (gbuffer.size, seen),
+            );
+        }
     }
 }

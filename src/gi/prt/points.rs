@@ -153,11 +153,11 @@ impl Clusters {
     }
 
     /// Adds the passes that light all points.
-    fn light(&self, frame: &mut Frame, light: &Arc<Buffer>, lit: &Arc<Buffer>) {
+    fn light(&self, frame: &mut Frame, (light, first): (&Arc<Buffer>, u32), lit: &Arc<Buffer>) {
         for part in &self.basis {
             let rows = RowLight {
                 part,
-                first_function: 0,
+                first_function: first,
                 function_count: self.functions,
                 adds: false,
             };
@@ -211,6 +211,17 @@ impl RowLight<'_> {
     }
 }
 
+/// Light of each harmonic alone: as many rows as there are functions, and a dark one after the last.
+fn units(harmonics: usize, scales: &[f32]) -> Vec<[f32; 4]> {
+    let functions = scales.len();
+    let mut units = vec![[0.0; 4]; harmonics * functions + 1];
+    for harmonic in 0..harmonics {
+        let scale = scales[harmonic];
+        units[harmonic * functions + harmonic] = [scale, scale, scale, 0.0];
+    }
+    units
+}
+
 /// The transfer of all points on the device.
 pub(super) struct Points {
     clusters: Option<Clusters>,
@@ -222,6 +233,8 @@ pub(super) struct Points {
     functions: u32,
     /// The light that points are lit with, a row a function.
     light: Arc<Buffer>,
+    /// The same of each harmonic alone, one after the other.
+    units: Arc<Buffer>,
     /// rgb: irradiance (W/m²); w: ambient visibility.
     pub(super) lit: Arc<Buffer>,
     pub(super) triangles: Arc<Buffer>,
@@ -267,6 +280,7 @@ impl Points {
             .map(|visibility| [0.0, 0.0, 0.0, *visibility])
             .collect();
         let store = |name, bytes: &[u8]| storage(gpu, (name, Owner::Store), bytes);
+        let units = units((transfer.order * transfer.order) as usize, &scales);
         let harmonics = transfer.harmonics.as_ref();
         Ok(Points {
             clusters: harmonics.map(|own| Clusters::new(gpu, own)).transpose()?,
@@ -280,6 +294,7 @@ impl Points {
                 usage: BufferUsage::Storage,
                 owner: Owner::Store,
             })?,
+            units: store("prt.units", cast_slice(&units))?,
             lit: store("prt.point_light", cast_slice(&dark))?,
             triangles: store(
                 "prt.triangle_nodes",
@@ -300,19 +315,33 @@ impl Points {
         gpu.upload_buffer(&self.light, cast_slice(&rows))
     }
 
+    /// The cluster of each point, four a word, where they are compressed.
+    pub(super) fn clusters(&self) -> Option<&Arc<Buffer>> {
+        self.clusters.as_ref().map(|clusters| &clusters.of_points)
+    }
+
     /// Adds the passes that light all points.
     pub(super) fn light(&self, frame: &mut Frame) {
+        self.light_with(frame, None);
+    }
+
+    /// Adds the passes that light all points, with the light or with one harmonic alone.
+    pub(super) fn light_with(&self, frame: &mut Frame, harmonic: Option<u32>) {
+        let (light, first) = match harmonic {
+            Some(harmonic) => (&self.units, harmonic * self.scales.len() as u32),
+            None => (&self.light, 0),
+        };
         if let Some(clusters) = &self.clusters {
-            clusters.light(frame, &self.light, &self.lit);
+            clusters.light(frame, (light, first), &self.lit);
         }
         for part in &self.rows {
             let rows = RowLight {
                 part,
-                first_function: self.first_function,
+                first_function: first + self.first_function,
                 function_count: self.functions,
                 adds: self.clusters.is_some(),
             };
-            rows.add(frame, &LIGHT_POINTS, (&self.light, &self.lit));
+            rows.add(frame, &LIGHT_POINTS, (light, &self.lit));
         }
     }
 }

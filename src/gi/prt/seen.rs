@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::points::Points;
 use crate::graph::{
-    Access, Binding, ClearOrLoad, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage,
-    Owner, Pass, RasterState, Sets, Shaders, Targets, vk,
+    Access, Binding, Buffer, ClearOrLoad, DrawBatch, Error, Frame, Gpu, Image, ImageDesc,
+    ImageKind, ImageUsage, Owner, Pass, PassBuilder, RasterState, Sets, Shaders, Targets, vk,
 };
 use crate::render::{GpuScene, Receivers};
 
@@ -50,15 +50,44 @@ pub static GATHER: Pass = Pass {
     sets: Sets::Scene,
 };
 
+/// Points, or clusters of points, each in a colour of its own. Draws the scene.
+pub static MARKS: Pass = Pass {
+    name: "prt.marks",
+    shaders: Shaders::Raster {
+        vertex: "gi/prt/points.vert",
+        geometry: None,
+        fragment: Some("gi/prt/marks.frag"),
+        state: RasterState {
+            color: &[SEEN],
+            depth: Some(DEPTH),
+            depth_compare: vk::CompareOp::GREATER,
+            ..RasterState::NO_TARGETS
+        },
+    },
+    bindings: &[
+        Binding::buffer("triangle_nodes", Access::RasterRead),
+        Binding::buffer("node_points", Access::RasterRead),
+        Binding::buffer("point_clusters", Access::RasterRead),
+    ],
+    constants: &["CLUSTERS"],
+    params: None,
+    sets: Sets::SceneAndMaterials,
+};
+
 /// What pixels see of the points.
 pub(super) struct Seen {
     light: Arc<Image>,
     depth: Arc<Image>,
+    draws: Vec<DrawBatch>,
 }
 
 impl Seen {
     /// Allocates pictures of a size (px).
-    pub(super) fn new(gpu: &Gpu, [width, height]: [u32; 2]) -> Result<Self, Error> {
+    pub(super) fn new(
+        gpu: &Gpu,
+        scene: &GpuScene,
+        [width, height]: [u32; 2],
+    ) -> Result<Self, Error> {
         let image = |name: &str, format, usage| {
             gpu.create_image(&ImageDesc {
                 name: name.into(),
@@ -75,33 +104,54 @@ impl Seen {
         Ok(Seen {
             light: image("prt.seen", SEEN, color)?,
             depth: image("prt.depth", DEPTH, ImageUsage::DEPTH)?,
+            draws: scene.draws(),
         })
     }
 
     /// Adds the pass that draws the points.
-    pub(super) fn draw(
-        &self,
-        frame: &mut Frame,
-        (scene, points): (&GpuScene, &Points),
-        size: [u32; 2],
-        clamps: bool,
-    ) {
-        let black = ClearOrLoad::Clear([0.0; 4]);
-        frame
+    pub(super) fn draw(&self, frame: &mut Frame, points: &Points, size: [u32; 2], clamps: bool) {
+        let pass = frame
             .pass(&POINTS)
             .bind("triangle_nodes", &points.triangles)
             .bind("node_points", &points.nodes)
             .bind("point_light", &points.lit)
-            .constant("CLAMP", clamps)
-            .draw(
-                Targets {
-                    color: &[(&self.light, 0, 0, black)],
-                    depth: Some((&self.depth, 0, black)),
-                    extent: size,
-                    viewport: None,
-                },
-                scene.draws(),
-            );
+            .constant("CLAMP", clamps);
+        self.draw_all(pass, size);
+    }
+
+    /// Adds the pass that draws points, or clusters of points, in colours.
+    pub(super) fn draw_marks(
+        &self,
+        frame: &mut Frame,
+        points: &Points,
+        clusters: Option<&Arc<Buffer>>,
+        size: [u32; 2],
+    ) {
+        let pass = frame
+            .pass(&MARKS)
+            .bind("triangle_nodes", &points.triangles)
+            .bind("node_points", &points.nodes)
+            .bind("point_clusters", clusters.unwrap_or(&points.nodes))
+            .constant("CLUSTERS", clusters.is_some());
+        self.draw_all(pass, size);
+    }
+
+    /// What was drawn last.
+    pub(super) fn drawn(&self) -> &Arc<Image> {
+        &self.light
+    }
+
+    fn draw_all(&self, pass: PassBuilder<'_>, extent: [u32; 2]) {
+        let black = ClearOrLoad::Clear([0.0; 4]);
+        pass.draw(
+            Targets {
+                color: &[(&self.light, 0, 0, black)],
+                depth: Some((&self.depth, 0, black)),
+                extent,
+                viewport: None,
+            },
+            self.draws.clone(),
+        );
     }
 
     /// Adds the pass that gathers it for some surfaces.
