@@ -167,11 +167,6 @@ pub(super) const PRESETS: &[Preset] = &[
         values: &[&[("order", "8"), ("cells", "32")]],
     },
     Preset {
-        name: "compressed",
-        help: "as accurate, in a tenth of the memory",
-        values: &[&[("order", "8"), ("cells", "32"), ("compress", "cpca")]],
-    },
-    Preset {
         name: "textbook",
         help: "as published: points at corners, one set of rays over the sphere, the environment \
                alone",
@@ -187,6 +182,11 @@ pub(super) const PRESETS: &[Preset] = &[
             ("negative", "keep"),
             ("sides", "front"),
         ]],
+    },
+    Preset {
+        name: "compressed",
+        help: "as accurate, in a tenth of the memory",
+        values: &[&[("order", "8"), ("cells", "32"), ("compress", "cpca")]],
     },
 ];
 
