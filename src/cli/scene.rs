@@ -30,7 +30,8 @@ pub(crate) struct Args {
     /// A parameter of the bundled scene (repeatable).
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// TOML in the scene format that replaces the scene's camera, light or environment (repeatable).
+    /// TOML in the scene format that replaces the camera, the lights or the environment
+    /// (repeatable).
     #[arg(long, value_name = "TOML")]
     with: Vec<String>,
     #[command(flatten)]

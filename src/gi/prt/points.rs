@@ -211,7 +211,7 @@ impl RowLight<'_> {
     }
 }
 
-/// Light of each harmonic alone: as many rows as there are functions, and a dark one after the last.
+/// Light of each harmonic alone: as many rows as there are functions; a dark one after the last.
 fn units(harmonics: usize, scales: &[f32]) -> Vec<[f32; 4]> {
     let functions = scales.len();
     let mut units = vec![[0.0; 4]; harmonics * functions + 1];
