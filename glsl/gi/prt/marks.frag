@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// prt.marks: which point each pixel shows most, or the cluster of that point, each in a colour of its
-// own.
+// prt.marks: which point each pixel shows most, or the cluster of that point, each in its own
+// colour.
 #include "shared/frame.glsl"
 #include "shared/material.glsl"
 #include "gi/prt/lattice.glsl"
