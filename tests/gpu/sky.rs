@@ -320,8 +320,8 @@ fn a_sky_is_exchanged_as_lights_are() {
     }
 }
 
-/// Every technique follows a sky that turns, grows dim and is exchanged while it renders: once it is
-/// at rest, it shows what a new renderer shows.
+/// Every technique follows a sky that turns, grows dim and is exchanged while it renders: at rest,
+/// it shows what a new renderer shows.
 #[test]
 fn skies_are_followed() {
     let gpu = gpu();
