@@ -482,3 +482,97 @@ fn compressed_transfer_is_near() {
     assert!(cpca < few && cpca < pca && few < vq);
     assert!(cpca < 0.02, "{cpca}");
 }
+
+/// The inside of a unit sphere of which such a part is open, at the top.
+fn bowl(open: f32, albedo: f32) -> Scene {
+    let mut scene = floor(albedo);
+    scene.triangles.clear();
+    let (rings, columns) = (10, 32);
+    let steepest = (2.0 * open - 1.0).acos();
+    let place = |ring: u32, column: u32| {
+        let (sin, cos) = (steepest * ring as f32 / rings as f32).sin_cos();
+        let turn = std::f32::consts::TAU * (column % columns) as f32 / columns as f32;
+        Vec3::new(sin * turn.cos(), -cos, sin * turn.sin())
+    };
+    let mut triangles = Vec::new();
+    for ring in 0..rings {
+        for column in 0..columns {
+            let corners = [(0, 0), (1, 0), (1, 1), (0, 1)]
+                .map(|(down, along)| place(ring + down, column + along));
+            for [a, b, c] in [[0, 2, 1], [0, 3, 2]].map(|all: [usize; 3]| all.map(|at| corners[at]))
+            {
+                let area = (b - a).cross(c - a);
+                if area.length() < 1e-6 {
+                    continue;
+                }
+                let [b, c] = if area.dot(a) < 0.0 { [b, c] } else { [c, b] };
+                triangles.push([a, b, c].map(|corner| (corner, -corner, glam::Vec2::ZERO)));
+            }
+        }
+    }
+    add(&mut scene, lambert(albedo), triangles);
+    scene
+}
+
+/// In a sphere of which the part f is open, E = π L f Σ (ρ (1 − f))ᵏ everywhere; it tends to the
+/// furnace's π L where nothing is absorbed.
+#[test]
+fn bowls_hold_their_light() {
+    for (open, albedo, bounces) in [(0.5, 0.6, 1), (0.5, 0.6, 3), (0.25, 0.8, 4), (0.5, 1.0, 8)] {
+        let with = TransferSettings {
+            bounces,
+            ..settings(0.5)
+        };
+        let transfer = worked_out(&bowl(open, albedo), with);
+        let (open, albedo) = (f64::from(open), f64::from(albedo));
+        let sum: f64 = (0..bounces)
+            .map(|k| (albedo * (1.0 - open)).powi(k as i32))
+            .sum();
+        let expected = PI * open * sum;
+        let all = 0..transfer.lattice.points.len();
+        let count = all.len() as f64;
+        let found: Vec<f64> = all.map(|point| under_white(&transfer, point)).collect();
+        let bias = found.iter().sum::<f64>() / count / expected - 1.0;
+        let off = found.iter().map(|one| (one / expected - 1.0).abs()).worst();
+        println!("{open} open, albedo {albedo}, {bounces} bounces: {bias:+.5}, worst {off:.4}");
+        assert!(bias.abs() < 0.01 && off < 0.08, "{bias} {off}");
+    }
+}
+
+/// A wall hides half of the sky from its foot, and no surface has more light than a sky of one
+/// radiance brings to one in the open.
+#[test]
+fn walls_hide_half_and_nothing_is_brighter_than_the_sky() {
+    let mut scene = floor(0.9);
+    let far = 400.0;
+    let corner = Vec3::new(-0.5 * far, 0.0, -1.0);
+    add(
+        &mut scene,
+        lambert(0.9),
+        quad(corner, Vec3::X * far, Vec3::Y * far),
+    );
+    let transfer = worked_out(&scene, settings(50.0));
+    let mut feet = 0;
+    for (point, place) in transfer.lattice.points.iter().enumerate() {
+        let is_foot = place.normal.y > 0.5 && place.position.z < -0.8;
+        if is_foot {
+            let found = under_white(&transfer, point);
+            assert!((found / (0.5 * PI) - 1.0).abs() < 0.02, "{found}");
+            feet += 1;
+        }
+    }
+    assert!(feet >= 2, "{feet}");
+    let mut yard = floor(0.95);
+    let block = quad(Vec3::new(-0.3, 0.0, 0.2), Vec3::new(0.9, 0.0, 0.1), Vec3::Y);
+    add(&mut yard, lambert(0.95), block);
+    let with = TransferSettings {
+        bounces: 8,
+        has_backs: true,
+        ..settings(0.25)
+    };
+    let transfer = worked_out(&yard, with);
+    let brightest = (0..transfer.lattice.points.len()).map(|point| under_white(&transfer, point));
+    let brightest = brightest.worst();
+    println!("the brightest has {:.4} of the sky's", brightest / PI);
+    assert!(brightest / PI < 1.0 + 1e-3);
+}

@@ -12,29 +12,44 @@ use crate::render::{GpuScene, Receivers};
 const SEEN: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
 const DEPTH: vk::Format = vk::Format::D32_SFLOAT;
 
-/// Irradiance and visibility of what each pixel shows. Draws the scene.
-pub static POINTS: Pass = Pass {
-    name: "prt.points",
-    shaders: Shaders::Raster {
-        vertex: "gi/prt/points.vert",
-        geometry: None,
-        fragment: Some("gi/prt/points.frag"),
-        state: RasterState {
-            color: &[SEEN],
-            depth: Some(DEPTH),
-            depth_compare: vk::CompareOp::GREATER,
-            ..RasterState::NO_TARGETS
+/// A pass that draws the scene, each pixel from the three points around it.
+const fn drawn(
+    name: &'static str,
+    fragment: &'static str,
+    bindings: &'static [Binding],
+    constants: &'static [&'static str],
+) -> Pass {
+    Pass {
+        name,
+        shaders: Shaders::Raster {
+            vertex: "gi/prt/points.vert",
+            geometry: None,
+            fragment: Some(fragment),
+            state: RasterState {
+                color: &[SEEN],
+                depth: Some(DEPTH),
+                depth_compare: vk::CompareOp::GREATER,
+                ..RasterState::NO_TARGETS
+            },
         },
-    },
-    bindings: &[
+        bindings,
+        constants,
+        params: None,
+        sets: Sets::SceneAndMaterials,
+    }
+}
+
+/// Irradiance and visibility of what each pixel shows. Draws the scene.
+pub static POINTS: Pass = drawn(
+    "prt.points",
+    "gi/prt/points.frag",
+    &[
         Binding::buffer("triangle_nodes", Access::RasterRead),
         Binding::buffer("node_points", Access::RasterRead),
         Binding::buffer("point_light", Access::RasterRead),
     ],
-    constants: &["CLAMP"],
-    params: None,
-    sets: Sets::SceneAndMaterials,
-};
+    &["CLAMP"],
+);
 
 /// The same for the surfaces that are asked for. A thread a texel.
 pub static GATHER: Pass = Pass {
@@ -51,28 +66,16 @@ pub static GATHER: Pass = Pass {
 };
 
 /// Points, or clusters of points, each in a colour of its own. Draws the scene.
-pub static MARKS: Pass = Pass {
-    name: "prt.marks",
-    shaders: Shaders::Raster {
-        vertex: "gi/prt/points.vert",
-        geometry: None,
-        fragment: Some("gi/prt/marks.frag"),
-        state: RasterState {
-            color: &[SEEN],
-            depth: Some(DEPTH),
-            depth_compare: vk::CompareOp::GREATER,
-            ..RasterState::NO_TARGETS
-        },
-    },
-    bindings: &[
+pub static MARKS: Pass = drawn(
+    "prt.marks",
+    "gi/prt/marks.frag",
+    &[
         Binding::buffer("triangle_nodes", Access::RasterRead),
         Binding::buffer("node_points", Access::RasterRead),
         Binding::buffer("point_clusters", Access::RasterRead),
     ],
-    constants: &["CLUSTERS"],
-    params: None,
-    sets: Sets::SceneAndMaterials,
-};
+    &["CLUSTERS"],
+);
 
 /// What pixels see of the points.
 pub(super) struct Seen {
