@@ -1,4 +1,4 @@
-// What prt.points and prt.marks know of a pixel: the cell of points that it shows.
+// What prt.points and prt.marks_view know of a pixel: the cell of points that it shows.
 #ifndef LUMIVOX_PRT_DRAWN
 #define LUMIVOX_PRT_DRAWN
 

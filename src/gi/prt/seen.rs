@@ -67,8 +67,8 @@ pub static GATHER: Pass = Pass {
 
 /// Points, or clusters of points, each in a colour of its own. Draws the scene.
 pub static MARKS: Pass = drawn(
-    "prt.marks",
-    "gi/prt/marks.frag",
+    "prt.marks_view",
+    "gi/prt/marks_view.frag",
     &[
         Binding::buffer("triangle_nodes", Access::RasterRead),
         Binding::buffer("node_points", Access::RasterRead),

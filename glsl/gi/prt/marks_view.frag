@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// prt.marks: which point each pixel shows most, or the cluster of that point, each in its own
+// prt.marks_view: which point each pixel shows most, or the cluster of that point, each in its own
 // colour.
 #include "gi/prt/drawn.glsl"
 
