@@ -57,9 +57,9 @@ fn every_number_of_lights_is_silent() {
 }
 
 /// Every two choices of settings that are possible together, and every choice with every preset, on
-/// a scene that has everything: words, and both ends of each number's range (but for resolutions
-/// and numbers of probes, which are large, and the most points that there may be). A number's other
-/// values are the presets'.
+/// a scene that has everything: words, and both ends of each number's range. Numbers of cells and
+/// of probes are large, and so is the most points that there may be: those stay small. A number's
+/// other values are the presets'.
 #[test]
 fn every_two_choices_of_settings_are_silent() {
     let gpu = gpu();
@@ -77,7 +77,7 @@ fn every_two_choices_of_settings_are_silent() {
             .flatten()
             .filter(|setting| {
                 !setting.name.ends_with("resolution")
-                    && !["probes", "points_max"].contains(&setting.name)
+                    && !["probes", "points_max", "cells"].contains(&setting.name)
             })
             .collect();
         let values: Vec<Vec<String>> = settings
@@ -102,6 +102,7 @@ fn every_two_choices_of_settings_are_silent() {
                 let mut pairs: Vec<String> = has("resolution").then(smallest).into_iter().collect();
                 pairs.extend(has("cache_resolution").then(|| "cache_resolution=16".into()));
                 pairs.extend(has("probes").then(|| "probes=4".into()));
+                pairs.extend(has("cells").then(|| "cells=4".into()));
                 pairs.extend(row.iter().filter(|(factor, _)| *factor > 0).map(
                     |(factor, value)| {
                         format!(

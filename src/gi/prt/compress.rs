@@ -133,15 +133,23 @@ impl Cluster {
     }
 }
 
-/// The cluster that rebuilds a row best, the first of several, and its squared error.
+/// Clusters whose vectors are tried on a row: those with the nearest means.
+const TRIED: usize = 8;
+
+/// The cluster that rebuilds a row best, of those with the nearest means, and its squared error.
 fn nearest(clusters: &[Cluster], row: &[f32]) -> (usize, f32) {
-    let errors = clusters
-        .iter()
-        .map(|cluster| cluster.error(row))
-        .enumerate();
-    errors
-        .reduce(|best, other| if other.1 < best.1 { other } else { best })
-        .unwrap_or_default()
+    let distances = clusters.iter().map(|cluster| distance(row, cluster.mean()));
+    let mut near: Vec<(usize, f32)> = distances.enumerate().collect();
+    if near.len() > TRIED {
+        near.select_nth_unstable_by(TRIED, |a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
+        near.truncate(TRIED);
+    }
+    let errors = near.iter().map(|(at, _)| (*at, clusters[*at].error(row)));
+    let better = |best: (usize, f32), other: (usize, f32)| {
+        let order = other.1.total_cmp(&best.1).then(other.0.cmp(&best.0));
+        if order.is_lt() { other } else { best }
+    };
+    errors.reduce(better).unwrap_or_default()
 }
 
 /// Clusters, as they are learnt.
@@ -301,9 +309,25 @@ fn add<N: Number>(sum: &mut [N], factor: N, row: &[N]) {
     }
 }
 
-/// In lanes, for the compiler to use vectors.
+/// The square of it, in lanes as [`dot`].
+fn distance(a: &[f32], b: &[f32]) -> f32 {
+    let mut sums = [0.0f32; LANES];
+    let (whole_a, rest_a) = a.as_chunks::<LANES>();
+    let (whole_b, rest_b) = b.as_chunks::<LANES>();
+    for (a, b) in whole_a.iter().zip(whole_b) {
+        for lane in 0..LANES {
+            sums[lane] += (a[lane] - b[lane]).powi(2);
+        }
+    }
+    let rest = rest_a.iter().zip(rest_b).map(|(a, b)| (a - b).powi(2));
+    sums.into_iter().chain(rest).sum()
+}
+
+/// Lanes that the compiler makes vectors of.
+const LANES: usize = 8;
+
+/// In lanes.
 fn dot<N: Number>(a: &[N], b: &[N]) -> N {
-    const LANES: usize = 8;
     let mut sums = [N::default(); LANES];
     let (whole_a, rest_a) = a.as_chunks::<LANES>();
     let (whole_b, rest_b) = b.as_chunks::<LANES>();
