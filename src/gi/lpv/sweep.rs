@@ -190,12 +190,6 @@ pub struct Nesting {
 }
 
 impl Sweep {
-    /// Takes what comes in from another environment, or at another scale.
-    pub fn set_inflow(&self, gpu: &Gpu, inflow: Inflow<'_>) -> Result<(), Error> {
-        let words = self.directions.words(inflow);
-        gpu.upload_buffer(&self.list, bytemuck::cast_slice(&words))
-    }
-
     /// Cells of the outer grid along an edge of one inside it.
     fn inner_cells(size: UVec3) -> u32 {
         size.x / 2
@@ -319,6 +313,12 @@ impl Sweep {
             last.is_last = true;
         }
         batches
+    }
+
+    /// Takes what comes in from another environment, or at another scale.
+    pub fn set_inflow(&self, gpu: &Gpu, inflow: Inflow<'_>) -> Result<(), Error> {
+        let words = self.directions.words(inflow);
+        gpu.upload_buffer(&self.list, bytemuck::cast_slice(&words))
     }
 
     /// Cells of the step that has most.
