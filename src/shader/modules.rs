@@ -196,7 +196,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("gi/probes/trace_raster.comp", include_bytes!("../../spirv/gi/probes/trace_raster.comp.spv")),
     ("gi/probes/trace_voxels.comp", include_bytes!("../../spirv/gi/probes/trace_voxels.comp.spv")),
     ("gi/probes/view.comp", include_bytes!("../../spirv/gi/probes/view.comp.spv")),
+    ("gi/prt/bumps.comp", include_bytes!("../../spirv/gi/prt/bumps.comp.spv")),
+    ("gi/prt/cells.frag", include_bytes!("../../spirv/gi/prt/cells.frag.spv")),
     ("gi/prt/gather.comp", include_bytes!("../../spirv/gi/prt/gather.comp.spv")),
+    ("gi/prt/gather_glossy.comp", include_bytes!("../../spirv/gi/prt/gather_glossy.comp.spv")),
     (
         "gi/prt/light_compressed.comp",
         include_bytes!("../../spirv/gi/prt/light_compressed.comp.spv"),

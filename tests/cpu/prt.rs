@@ -26,6 +26,7 @@ fn settings(cell_m: f32) -> TransferSettings {
         invalid_share: 0.25,
         has_lights: true,
         compress: None,
+        lobes: None,
     }
 }
 
@@ -35,7 +36,7 @@ fn worked_out(scene: &Scene, settings: TransferSettings) -> Transfer {
 
 /// Irradiance of a point under a uniform sky of radiance 1.
 fn under_white(transfer: &Transfer, point: usize) -> f64 {
-    f64::from(transfer.row(point)[1]) * (4.0 * PI).sqrt()
+    f64::from(transfer.irradiance.row(point)[1]) * (4.0 * PI).sqrt()
 }
 
 fn floor(albedo: f32) -> Scene {
@@ -70,7 +71,7 @@ fn a_plane_in_the_open_has_the_cosine_lobe() {
     let transfer = worked_out(&floor(0.5), settings(0.5));
     let lobe = sh::rotate_zonal(&sh::clamped_cosine(6), DVec3::Y);
     let offs = (0..transfer.lattice.points.len()).flat_map(|point| {
-        let row = transfer.row(point);
+        let row = transfer.irradiance.row(point);
         (row.chunks_exact(3).take(36))
             .zip(&lobe)
             .map(|(rgb, expected)| (f64::from(rgb[0]) - expected).abs())
@@ -118,9 +119,9 @@ fn closed_rooms_are_dark_but_for_corners() {
             ..settings(0.5)
         },
     );
-    let last = 3 * bounced.functions as usize - 3;
+    let last = 3 * bounced.irradiance.functions as usize - 3;
     let offs = (0..bounced.lattice.points.len()).map(|point| {
-        let found = f64::from(bounced.row(point)[last]);
+        let found = f64::from(bounced.irradiance.row(point)[last]);
         (found / (2.0 * PI * 1.75) - 1.0).abs()
     });
     let off = offs.worst();
@@ -140,7 +141,7 @@ fn transfer_turns_with_the_scene() {
         ..settings(0.4)
     };
     let first = worked_out(&scene, with);
-    assert!(first.rows == worked_out(&scene, with).rows);
+    assert!(first.irradiance == worked_out(&scene, with).irradiance);
     let turn = Quat::from_axis_angle(Vec3::new(0.3, -0.5, 0.8).normalize(), 1.1);
     let mut turned = scene.clone();
     for vertex in &mut turned.vertices {
@@ -154,12 +155,13 @@ fn transfer_turns_with_the_scene() {
     let mut sum = 0.0;
     for point in 0..first.lattice.points.len() {
         let own: Vec<f64> = first
+            .irradiance
             .row(point)
             .chunks(3)
             .map(|rgb| rgb[0].into())
             .collect();
         let expected = rotation.apply(&own);
-        let second = second.row(point);
+        let second = second.irradiance.row(point);
         let found = second.chunks(3).map(|rgb| f64::from(rgb[0]));
         sum += found
             .zip(&expected)
@@ -248,7 +250,7 @@ fn interreflection_is_reciprocal() {
     };
     let mut h = vec![vec![0.0; 9]; 9];
     for point in 0..direct.lattice.points.len() {
-        let (first, sum) = (direct.row(point), all.row(point));
+        let (first, sum) = (direct.irradiance.row(point), all.irradiance.row(point));
         for (i, row) in h.iter_mut().enumerate() {
             for (j, entry) in row.iter_mut().enumerate() {
                 let bounced = f64::from(sum[3 * j]) - f64::from(first[3 * j]);
@@ -315,7 +317,7 @@ fn transfer_is_kept_on_disk() {
     });
     let with = TransferSettings { compress, ..with };
     let fresh = worked_out(&scene, with);
-    assert!(fresh.harmonics.is_some());
+    assert!(fresh.irradiance.harmonics.is_some());
     assert!(kept(&scene, with) == fresh && kept(&scene, with) == fresh);
     assert_eq!(files(), 4);
 }
@@ -460,7 +462,7 @@ fn compressed_transfer_is_near() {
     };
     let exact = worked_out(&scene, plain);
     let size = |transfer: &Transfer| -> f64 {
-        let rows = (0..exact.lattice.points.len()).flat_map(|point| transfer.row(point));
+        let rows = (0..exact.lattice.points.len()).flat_map(|point| transfer.irradiance.row(point));
         rows.map(|value| f64::from(value).powi(2)).sum()
     };
     let whole = size(&exact);
@@ -469,7 +471,7 @@ fn compressed_transfer_is_near() {
         assert_eq!(found.lattice, exact.lattice);
         let mut sum = 0.0;
         for point in 0..exact.lattice.points.len() {
-            let (expected, found) = (exact.row(point), found.row(point));
+            let (expected, found) = (exact.irradiance.row(point), found.irradiance.row(point));
             // The column of the lamp is as it was.
             assert_eq!(expected[108..], found[108..]);
             let pairs = expected.iter().zip(&found);

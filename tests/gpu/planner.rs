@@ -126,7 +126,30 @@ struct Life {
 }
 
 /// Few, which run every pass of every technique between them.
-const LIVES: [Life; 59] = [
+const LIVES: [Life; 61] = [
+    Life {
+        technique: "prt",
+        preset: Some("glossy"),
+        pairs: &[
+            ("cells", "4"),
+            ("order", "3"),
+            ("transfer_rays", "64"),
+            ("compress", "none"),
+        ],
+        surfaces: Surfaces::Glossy,
+    },
+    Life {
+        technique: "prt",
+        preset: Some("glossy"),
+        pairs: &[
+            ("cells", "4"),
+            ("order", "3"),
+            ("transfer_rays", "64"),
+            ("clusters", "3"),
+            ("basis", "2"),
+        ],
+        surfaces: Surfaces::Bumped,
+    },
     Life {
         technique: "prt",
         preset: Some("compressed"),

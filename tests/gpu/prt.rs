@@ -5,10 +5,12 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec3, Vec3};
 use lumivox::frame::Renderer;
+use lumivox::gi::prt::lobes::frame_of;
 use lumivox::gi::prt::transfer::Transfer;
 use lumivox::gi::prt::transfer_settings;
 use lumivox::gi::shared::sh;
 use lumivox::render::GpuScene;
+use lumivox::render::oracle::light::lobe;
 use lumivox::scene::{Light, Scene, Sky};
 
 use crate::support::compare::Worst;
@@ -91,11 +93,16 @@ fn pixels_show_the_sum_over_transfer() {
     for (compress, (name, scene)) in ways.flat_map(|way| scenes.iter().map(move |own| (way, own))) {
         let case = case("balanced");
         let uploaded = GpuScene::new(&gpu, scene).unwrap();
-        let compressed = [("compress", compress), ("clusters", "7"), ("basis", "3")];
-        let pairs = &compressed[..if compress == "none" { 0 } else { 3 }];
+        let compressed = [
+            ("fit", "sphere"),
+            ("compress", compress),
+            ("clusters", "7"),
+            ("basis", "3"),
+        ];
+        let pairs = &compressed[..if compress == "none" { 1 } else { 4 }];
         let settings = transfer_settings(&case.settings(pairs), &uploaded);
         let transfer = Transfer::new(scene, settings, &|_, _| ());
-        assert_eq!(transfer.harmonics.is_some(), compress != "none");
+        assert_eq!(transfer.irradiance.harmonics.is_some(), compress != "none");
         let mut light = match scene.environment.sky() {
             Some(sky) => harmonics(transfer.order, sky),
             None => vec![DVec3::ZERO; (transfer.order * transfer.order) as usize],
@@ -105,7 +112,7 @@ fn pixels_show_the_sum_over_transfer() {
             Light::Directional { irradiance, .. } => irradiance.as_dvec3(),
             Light::Point { intensity, .. } | Light::Spot { intensity, .. } => intensity.as_dvec3(),
         }));
-        assert_eq!(light.len(), transfer.functions as usize);
+        assert_eq!(light.len(), transfer.irradiance.functions as usize);
         let size = 40;
         let shot = shoot(&gpu, scene, &case, pairs, frame(size, size, 64)).unwrap();
         let found = &shot.light.irradiance.pixels;
@@ -120,7 +127,7 @@ fn pixels_show_the_sum_over_transfer() {
             let (triangle, place, is_back) = closest(scene, camera.eye.as_dvec3(), ray)?;
             let around = transfer.lattice.at(triangle, is_back, place)?;
             let irradiance = around.map(|(point, share)| {
-                let row = transfer.row(point as usize);
+                let row = transfer.irradiance.row(point as usize);
                 let sum = row.chunks_exact(3).zip(&light).map(|(rgb, light)| {
                     let rgb = DVec3::new(rgb[0].into(), rgb[1].into(), rgb[2].into());
                     rgb * *light
@@ -135,6 +142,105 @@ fn pixels_show_the_sum_over_transfer() {
         let off = offs.worst();
         println!("{name}, {compress}: {compared} pixels, off by {off:.5} of the mean");
         assert!(compared > 800 && off < 0.01, "{compared}: {off}");
+    }
+}
+
+/// Radiance above points of one normal on the host, by the coefficients of their matrices; of a
+/// direction in the frame of the normal.
+fn radiance_at(
+    transfer: &Transfer,
+    light: &[DVec3],
+    around: &[(u32, f32); 3],
+) -> impl Fn(DVec3) -> DVec3 {
+    let lobes = transfer.lobes.as_ref().unwrap();
+    let mut sums = vec![DVec3::ZERO; lobes.outputs as usize];
+    for (point, share) in around {
+        let row = lobes.row(*point as usize);
+        for (sum, columns) in sums.iter_mut().zip(row.chunks_exact(3 * light.len())) {
+            for (rgb, light) in columns.chunks_exact(3).zip(light) {
+                let rgb = DVec3::new(rgb[0].into(), rgb[1].into(), rgb[2].into());
+                *sum += f64::from(*share) * rgb * *light;
+            }
+        }
+    }
+    move |direction| {
+        let mut basis = vec![0.0; sums.len()];
+        sh::evaluate(sums.len().isqrt(), direction, &mut basis);
+        basis.iter().zip(&sums).map(|(y, sum)| *y * *sum).sum()
+    }
+}
+
+/// L_s at each pixel: the radiance above points on the host, times the lobe, over all directions.
+#[test]
+fn mirrors_show_the_radiance_above_points() {
+    let gpu = gpu();
+    let [(_, first), (_, second), _] = small_lights();
+    for (roughness, compress) in [(0.5, "none"), (0.8, "cpca"), (1.0, "none")] {
+        let mut scene = open_cornell();
+        scene.lights = vec![first, second];
+        let f0 = Vec3::new(0.9, 0.5, 0.04);
+        let specular = lumivox::scene::Specular {
+            f0,
+            roughness,
+            metalness: 0.0,
+        };
+        for material in &mut scene.materials {
+            material.specular = Some(specular);
+        }
+        let image = lumivox::image::Image::from_fn(16, 8, |index| {
+            Vec3::new((index % 16) as f32, (index / 16) as f32, 4.0) * 0.1
+        });
+        let sky = Sky::new(image, 0.0).unwrap().with(2.5, 70.0);
+        scene.environment = sky.clone().into();
+        let case = case("glossy");
+        let pairs = &[
+            ("fit", "sphere"),
+            ("compress", compress),
+            ("cells", "4"),
+            ("order", "3"),
+        ];
+        let uploaded = GpuScene::new(&gpu, &scene).unwrap();
+        let settings = transfer_settings(&case.settings(pairs), &uploaded);
+        let transfer = Transfer::new(&scene, settings, &|_, _| ());
+        let mut light = harmonics(transfer.order, &sky);
+        light.extend(scene.lights.iter().map(|light| match light {
+            Light::Directional { irradiance, .. } => irradiance.as_dvec3(),
+            Light::Point { intensity, .. } | Light::Spot { intensity, .. } => intensity.as_dvec3(),
+        }));
+        let size = 16;
+        let shot = shoot(&gpu, &scene, &case, pairs, frame(size, size, 64)).unwrap();
+        let found = &shot.light.specular.pixels;
+        let mean = found.iter().map(|pixel| f64::from(pixel.y)).sum::<f64>() / found.len() as f64;
+        let camera = scene.camera;
+        let [right, up, forward] = camera.basis().map(Vec3::as_dvec3);
+        let tan = (0.5 * f64::from(camera.vfov_deg)).to_radians().tan();
+        let nodes = sh::Quadrature::half(160).nodes;
+        let offs = (0..size * size).filter_map(|index| {
+            let at = |pixel: u32| (f64::from(pixel) + 0.5) / f64::from(size) * 2.0 - 1.0;
+            let ray = forward + tan * (at(index % size) * right - at(index / size) * up);
+            let (triangle, place, is_back) = closest(&scene, camera.eye.as_dvec3(), ray)?;
+            let around = transfer.lattice.at(triangle, is_back, place)?;
+            let radiance = radiance_at(&transfer, &light, &around);
+            let normal = transfer.lattice.points[around[0].0 as usize]
+                .normal
+                .as_dvec3();
+            let to_eye = frame_of(normal.as_vec3()).transpose() * -ray.normalize();
+            let lobe = nodes.iter().map(|(way, weight)| {
+                let reflected = lobe(DVec3::Z, to_eye, *way, f0.as_dvec3(), roughness.into());
+                weight * way.z * reflected * radiance(*way)
+            });
+            let expected = lobe.sum::<DVec3>().max(DVec3::ZERO);
+            // Beside the surface the table is too coarse: off by 3%.
+            let off = (found[index as usize].as_dvec3() - expected) / mean;
+            (to_eye.z > 0.1).then_some(off.length_squared())
+        });
+        let offs: Vec<f64> = offs.collect();
+        let compared = offs.len();
+        let off = (offs.iter().sum::<f64>() / compared as f64).sqrt();
+        println!(
+            "roughness {roughness}, {compress}: {compared} pixels, off by {off:.5} of the mean"
+        );
+        assert!(compared > 100 && off < 0.01, "{compared}: {off}");
     }
 }
 
@@ -275,7 +381,7 @@ fn views_show_points_and_their_transfer() {
             let pairs = seen.pixels.iter().zip(&around);
             let offs = pairs.filter_map(|(pixel, around)| {
                 let expected = around.as_ref()?.iter().map(|(point, share)| {
-                    let row = transfer.row(*point as usize);
+                    let row = transfer.irradiance.row(*point as usize);
                     f64::from(share * row[3 * level as usize + 1])
                 });
                 Some((f64::from(pixel.y) - expected.sum::<f64>()).abs())
@@ -306,7 +412,7 @@ fn views_show_points_and_their_transfer() {
             colors.len()
         };
         assert!(is_told(points, &|point| point) > 100);
-        if let Some(harmonics) = &transfer.harmonics {
+        if let Some(harmonics) = &transfer.irradiance.harmonics {
             let of = |point: u32| u32::from(harmonics.clusters[point as usize]);
             assert!(is_told(clusters, &of) > 2);
         }

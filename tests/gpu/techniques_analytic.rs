@@ -348,6 +348,13 @@ const STATED: &[Stated] = &[
         furnace: [0.0, 0.0],
         plates: [0.012, 0.092],
     },
+    Stated {
+        name: "prt.glossy",
+        lit_sphere: [0.0, 0.0],
+        sky: [0.0, 0.0],
+        furnace: [0.0, 0.0],
+        plates: [0.012, 0.092],
+    },
     // Plates: silhouettes are as coarse as the texels of 8 probes along the longest side.
     Stated {
         name: "light-field-probes.default",

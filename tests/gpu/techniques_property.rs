@@ -316,6 +316,7 @@ const LEAKS: &[(&str, f64)] = &[
     ("prt.fast", 0.0),
     ("prt.accurate", 0.0),
     ("prt.compressed", 0.0),
+    ("prt.glossy", 0.0),
     ("probe-cascades.default", 0.0),
     ("probe-cascades.large", 0.0),
     ("probe-cascades.accurate", 0.0),

@@ -412,6 +412,8 @@ pub enum Surfaces {
     Glossy,
     Emissive,
     Masked,
+    /// With a normal map; not among [`Surfaces::ALL`], as few techniques have passes for it.
+    Bumped,
 }
 
 impl Surfaces {
@@ -498,6 +500,23 @@ pub fn small_room(surfaces: Surfaces, lights: Vec<Light>) -> Scene {
                 .into(),
             );
             special.mask_texture = Some(0);
+        }
+        Surfaces::Bumped => {
+            let tilted = |at: u32| match at % 2 {
+                0 => [200, 128, 232, 255],
+                _ => [80, 60, 220, 255],
+            };
+            builder.scene.textures.push(
+                Texture {
+                    name: "bumps".into(),
+                    kind: TextureKind::Normal,
+                    width: 4,
+                    height: 1,
+                    texels: (0..4).map(tilted).collect(),
+                }
+                .into(),
+            );
+            special.normal_texture = Some(0);
         }
     }
     let special = builder.material(special);

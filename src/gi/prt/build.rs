@@ -4,13 +4,17 @@
 //! - Round k (P2): Tᵏ_i = 1/π ∫ (1 − V) ρ(q) Tᵏ⁻¹_i(q) max(n·s, 0) ds, at what rays hit. In round 1
 //!   analytic lights shine on what they hit.
 
+use std::collections::VecDeque;
 use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
+use super::fold;
 use super::lattice::Lattice;
+use super::lobes::Projector;
 use super::rays::{Rays, Sampling};
+use super::rows::Rows;
 use super::transfer::{Progress, Transfer, TransferSettings, unit_light};
 use crate::gi::shared::sh::Rotation;
 use crate::scene::rays::{Hit, NO_TRIANGLE, Ray};
@@ -39,6 +43,8 @@ const NOTHING: Met = Met {
 const MOST_KEPT_BYTES: usize = 2 << 30;
 /// What the progress is called.
 const TOLD: &str = "transfer";
+const TOLD_CLUSTERS: &str = "clusters of transfer";
+const TOLD_LOBES: &str = "transfer to lobes";
 /// Rays by which the back of a triangle is looked at, from each of four places.
 const BACK_RAYS: u32 = 16;
 
@@ -48,6 +54,7 @@ pub(super) struct Builder<'s> {
     settings: TransferSettings,
     lattice: Lattice,
     rays: Rays,
+    projector: Option<Projector>,
     has_emission: bool,
     lights: Vec<Light>,
     /// Numbers of a row: three a function.
@@ -74,11 +81,14 @@ impl<'s> Builder<'s> {
             false => Vec::new(),
         };
         let harmonics = (settings.order * settings.order) as usize;
+        let rays = Rays::new(settings.sampling, settings.rays, settings.order);
+        let projector = settings.lobes.map(|lobes| Projector::new(lobes, &rays));
         Builder {
             surfaces,
             settings,
             lattice: Lattice::new(scene, settings.lattice, |triangle| backs[triangle]),
-            rays: Rays::new(settings.sampling, settings.rays, settings.order),
+            rays,
+            projector,
             has_emission,
             stride: 3 * (harmonics + usize::from(has_emission) + lights.len()),
             lights,
@@ -141,7 +151,15 @@ impl<'s> Builder<'s> {
         let filled = fill(&mut last, self.stride, &is_valid, &neighbours);
         fill(&mut visibility, 1, &is_valid, &neighbours);
         let mut rows = last.clone();
+        // What surfaces have that is reflected once more.
+        let mut senders = vec![0.0; self.projector.as_ref().map_or(0, |_| last.len())];
         for round in 1..rounds as u32 {
+            let from = self.first_reflected(round);
+            let pairs = senders.chunks_exact_mut(self.stride.max(1));
+            for (sum, own) in pairs.zip(last.chunks_exact(self.stride.max(1))) {
+                let sums = sum[from..].iter_mut();
+                sums.zip(&own[from..]).for_each(|(sum, own)| *sum += own);
+            }
             let bounce = |number: usize, hits: &[Met]| {
                 let row = self.bounce(number, hits, round, &last);
                 advance();
@@ -168,14 +186,75 @@ impl<'s> Builder<'s> {
                 .for_each(|(sum, more)| *sum += more);
         }
         progress(TOLD, 1.0);
+        let hits = keeps.then_some(kept);
+        let lobes = (self.projector.as_ref()).map(|projector| {
+            let stand_ins = stand_ins(&is_valid, &neighbours);
+            self.lobes(projector, (hits.as_deref(), &stand_ins, &senders), progress)
+        });
+        let folded = self.folded(hits.as_deref(), &is_valid);
+        drop(hits);
+        progress(TOLD_CLUSTERS, 0.0);
+        let irradiance = self.collect(1, |point| {
+            rows[point * self.stride..][..self.stride].to_vec()
+        });
+        progress(TOLD_CLUSTERS, 1.0);
         Transfer {
-            lattice: self.lattice,
             order: self.settings.order,
-            functions: self.stride as u32 / 3,
-            harmonics: None,
-            rows,
+            irradiance,
+            lobes,
             visibility,
+            folded,
             filled,
+            lattice: self.lattice,
+        }
+    }
+
+    /// Rows of all points, compressed as the settings say.
+    fn collect(&self, outputs: usize, row: impl Fn(usize) -> Vec<f32> + Sync) -> Rows {
+        let harmonics = (self.settings.order * self.settings.order) as usize;
+        let compress = self.settings.compress.map(|own| (harmonics, own));
+        let counts = [self.lattice.points.len(), outputs, self.stride / 3];
+        Rows::collect(counts, compress, row)
+    }
+
+    /// Which light comes to points from where; those that are not valid have that of another.
+    fn lobes(
+        &self,
+        projector: &Projector,
+        (kept, stand_ins, senders): (Option<&[Met]>, &[u32], &[f32]),
+        progress: Progress<'_>,
+    ) -> Rows {
+        let ray_count = self.settings.rays as usize;
+        let done = std::sync::atomic::AtomicUsize::new(0);
+        let row = |point: usize| {
+            let number = stand_ins[point] as usize;
+            let row = match kept {
+                Some(kept) => {
+                    let hits = &kept[number * ray_count..][..ray_count];
+                    self.lobe(projector, number, hits, senders)
+                }
+                None => {
+                    let mut hits = vec![NOTHING; ray_count];
+                    self.cast(number, &mut hits);
+                    self.lobe(projector, number, &hits, senders)
+                }
+            };
+            let count = 1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+            if count.is_multiple_of(64) {
+                progress(TOLD_LOBES, (count as f32 / stand_ins.len() as f32).min(1.0));
+            }
+            row
+        };
+        let rows = self.collect(projector.count(), row);
+        progress(TOLD_LOBES, 1.0);
+        rows
+    }
+
+    /// The first number of a row that a round reflects: in the last one lights alone remain.
+    fn first_reflected(&self, round: u32) -> usize {
+        match round < self.settings.bounces {
+            true => 0,
+            false => self.stride - 3 * self.lights.len(),
         }
     }
 
@@ -226,40 +305,23 @@ impl<'s> Builder<'s> {
     fn first_round(&self, number: usize, hits: &mut [Met]) -> Shot {
         self.cast(number, hits);
         let point = &self.lattice.points[number];
-        let mut open = vec![0.0f32; self.rays.functions];
         let mut emission = Vec3::ZERO;
         let (mut backs, mut above, mut visible) = (0, 0, 0.0);
-        for (ray, (met, direction)) in hits.iter().zip(self.directions(number)).enumerate() {
+        for (met, direction) in hits.iter().zip(self.directions(number)) {
             let Some(direction) = direction else { continue };
             above += 1;
             let weight = self.rays.weight(direction, point);
             if met.triangle == NO_TRIANGLE {
                 visible += weight;
-                let basis = &self.rays.basis[ray * self.rays.functions..][..self.rays.functions];
-                for (sum, basis) in open.iter_mut().zip(basis) {
-                    *sum += weight * basis;
-                }
             } else if met.is_back {
                 backs += 1;
             } else if self.has_emission {
-                let hit = hit_of(*met);
-                let material = self.surfaces.material(hit);
-                if material.emission != Vec3::ZERO {
-                    let place = self.surfaces.place(hit);
-                    emission += weight * self.surfaces.emission(material, &place);
-                }
+                emission += weight * self.emission(*met);
             }
         }
-        let turned: Vec<f64> = open.iter().map(|sum| f64::from(*sum)).collect();
-        let rotation = match self.settings.sampling {
-            Sampling::Cosine => {
-                let frame = self.rays.frame_of(number, point);
-                Rotation::new(self.settings.order as usize, frame).apply(&turned)
-            }
-            Sampling::Sphere => turned,
-        };
         let mut row = Vec::with_capacity(self.stride);
-        row.extend(rotation.iter().flat_map(|value| [*value as f32; 3]));
+        let open = self.open_row(&self.rays, number, hits);
+        row.extend(open.iter().flat_map(|value| [*value as f32; 3]));
         if self.has_emission {
             row.extend(emission.to_array());
         }
@@ -271,15 +333,148 @@ impl<'s> Builder<'s> {
         }
     }
 
+    /// What bands of a sky above the kept ones bring these, by points that are spread evenly.
+    fn folded(&self, kept: Option<&[Met]>, is_valid: &[bool]) -> Vec<f32> {
+        if self.settings.order == 0 {
+            return Vec::new();
+        }
+        let valid: Vec<usize> = (0..is_valid.len()).filter(|at| is_valid[*at]).collect();
+        let count = valid.len().min(fold::MOST_LEARNT);
+        let rays = Rays::new(
+            self.settings.sampling,
+            self.settings.rays,
+            fold::BANDS as u32,
+        );
+        let ray_count = rays.directions.len();
+        let learnt = (0..count).into_par_iter().map(|at| {
+            let number = valid[at * valid.len() / count];
+            match kept {
+                Some(kept) => {
+                    self.open_row(&rays, number, &kept[number * ray_count..][..ray_count])
+                }
+                None => {
+                    let mut hits = vec![NOTHING; ray_count];
+                    self.cast(number, &mut hits);
+                    self.open_row(&rays, number, &hits)
+                }
+            }
+        });
+        fold::learn(self.settings.order, &learnt.collect::<Vec<_>>())
+    }
+
+    /// The transfer of the sky itself to a point, by the harmonics of a set of rays.
+    fn open_row(&self, rays: &Rays, number: usize, hits: &[Met]) -> Vec<f64> {
+        let point = &self.lattice.points[number];
+        let mut open = vec![0.0f32; rays.functions];
+        for (ray, (met, direction)) in hits.iter().zip(self.directions(number)).enumerate() {
+            if let Some(direction) = direction.filter(|_| met.triangle == NO_TRIANGLE) {
+                let basis = &rays.basis[ray * rays.functions..][..rays.functions];
+                add_products(
+                    &mut open,
+                    std::iter::once(rays.weight(direction, point)),
+                    basis,
+                );
+            }
+        }
+        let open: Vec<f64> = open.iter().map(|sum| f64::from(*sum)).collect();
+        match self.settings.sampling {
+            Sampling::Cosine => {
+                let frame = self.rays.frame_of(number, point);
+                Rotation::new(rays.functions.isqrt(), frame).apply(&open)
+            }
+            Sampling::Sphere => open,
+        }
+    }
+
+    /// What the front of a surface emits.
+    fn emission(&self, met: Met) -> Vec3 {
+        let hit = hit_of(met);
+        let material = self.surfaces.material(hit);
+        match material.emission == Vec3::ZERO {
+            true => Vec3::ZERO,
+            false => self.surfaces.emission(material, &self.surfaces.place(hit)),
+        }
+    }
+
+    /// The matrix of a point: coefficients of the radiance above it, for each function of light.
+    fn lobe(
+        &self,
+        projector: &Projector,
+        number: usize,
+        hits: &[Met],
+        senders: &[f32],
+    ) -> Vec<f32> {
+        let point = &self.lattice.points[number];
+        let frame = self.rays.frame_of(number, point);
+        let first_light = self.stride - 3 * self.lights.len();
+        let harmonics = self.rays.functions;
+        // Of the sky, in the frame of the rays, and of what else they meet.
+        let mut open = vec![0.0f32; projector.count() * harmonics];
+        let mut met_sums = vec![0.0f32; projector.count() * self.stride];
+        let mut light = vec![0.0f32; self.stride];
+        for (ray, (met, direction)) in hits.iter().zip(self.directions(number)).enumerate() {
+            let Some(direction) = direction else { continue };
+            let weight = self.rays.weight(direction, point);
+            let weights = projector.weights(ray, direction.dot(point.normal));
+            let weights = weights.map(|own| weight * own);
+            if met.triangle == NO_TRIANGLE {
+                let basis = &self.rays.basis[ray * harmonics..][..harmonics];
+                add_products(&mut open, weights, basis);
+                continue;
+            }
+            light.fill(0.0);
+            let reflected = Vec3::from(met.albedo.map(f32::from)) / 65_535.0 / PI;
+            let Vec2 { x: u, y: v } = place_of(*met);
+            let around = self.lattice.at(met.triangle, met.is_back, [u, v]);
+            for (other, share) in around.into_iter().flatten() {
+                let factors = (share * reflected).to_array();
+                let other = &senders[other as usize * self.stride..][..self.stride];
+                for (sum, value) in light.chunks_exact_mut(3).zip(other.chunks_exact(3)) {
+                    for channel in 0..3 {
+                        sum[channel] += factors[channel] * value[channel];
+                    }
+                }
+            }
+            if self.has_emission && !met.is_back {
+                let emission = self.emission(*met).to_array();
+                let column = &mut light[3 * harmonics..][..3];
+                column
+                    .iter_mut()
+                    .zip(emission)
+                    .for_each(|(sum, own)| *sum += own);
+            }
+            if !self.lights.is_empty() {
+                let columns = light[first_light..].chunks_exact_mut(3);
+                for (sum, irradiance) in columns.zip(self.lights_at(*met, direction)) {
+                    for channel in 0..3 {
+                        sum[channel] += reflected[channel] * irradiance;
+                    }
+                }
+            }
+            add_products(&mut met_sums, weights, &light);
+        }
+        let rotation = match self.settings.sampling {
+            Sampling::Cosine => Some(Rotation::new(self.settings.order as usize, frame)),
+            Sampling::Sphere => None,
+        };
+        let open = open.chunks_exact(harmonics.max(1));
+        for (sums, open) in met_sums.chunks_exact_mut(self.stride).zip(open) {
+            let open: Vec<f64> = open.iter().map(|sum| f64::from(*sum)).collect();
+            let open = rotation
+                .as_ref()
+                .map_or(open.clone(), |turn| turn.apply(&open));
+            for (sum, open) in sums.chunks_exact_mut(3).zip(open) {
+                sum.iter_mut().for_each(|sum| *sum += open as f32);
+            }
+        }
+        projector.solve(&met_sums, self.stride, (point, frame))
+    }
+
     /// What a point gets in a round of what surfaces had in the round before.
     fn bounce(&self, number: usize, hits: &[Met], round: u32, last: &[f32]) -> Vec<f32> {
         let point = &self.lattice.points[number];
         let first_light = self.stride - 3 * self.lights.len();
-        // Of the last round lights alone remain.
-        let from = match round < self.settings.bounces {
-            true => 0,
-            false => first_light,
-        };
+        let from = self.first_reflected(round);
         let mut row = vec![0.0f32; self.stride];
         for (met, direction) in hits.iter().zip(self.directions(number)) {
             let Some(direction) = direction.filter(|_| met.triangle != NO_TRIANGLE) else {
@@ -387,6 +582,33 @@ fn hit_of(met: Met) -> Hit {
         u: x,
         v: y,
     }
+}
+
+/// Adds to each row of sums the same row times its factor.
+fn add_products(sums: &mut [f32], factors: impl Iterator<Item = f32>, row: &[f32]) {
+    for (factor, sums) in factors.zip(sums.chunks_exact_mut(row.len().max(1))) {
+        sums.iter_mut()
+            .zip(row)
+            .for_each(|(sum, own)| *sum += factor * own);
+    }
+}
+
+/// For each point a valid one: itself, or one of the nearest along the lattice. Those that no valid
+/// one is near stand for themselves.
+fn stand_ins(is_valid: &[bool], neighbours: &[Vec<u32>]) -> Vec<u32> {
+    let mut found: Vec<u32> = (0..is_valid.len() as u32).collect();
+    let mut is_known = is_valid.to_vec();
+    let mut queue: VecDeque<u32> = found.clone().into();
+    queue.retain(|point| is_valid[*point as usize]);
+    while let Some(point) = queue.pop_front() {
+        for other in &neighbours[point as usize] {
+            if !std::mem::replace(&mut is_known[*other as usize], true) {
+                found[*other as usize] = found[point as usize];
+                queue.push_back(*other);
+            }
+        }
+    }
+    found
 }
 
 /// Gives points that are not valid the mean of their neighbours, ring by ring; returns how many.

@@ -5,17 +5,18 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use super::compress::Compressed;
-use super::lattice::{Lattice, Point, TriangleNodes};
+use super::lattice::Lattice;
+use super::rows::Rows;
 use super::transfer::{Transfer, TransferSettings, unit_light};
 use crate::output;
 use crate::scene::{Fnv, Scene};
 
 /// Part of every key: the hash of the sources that transfer is made by (build.rs), so that no build
 /// takes what another has worked out.
-const FORMAT: &str = concat!("lumivox transfer 2 of ", env!("LUMIVOX_TRANSFER"));
+const FORMAT: &str = concat!("lumivox transfer 3 of ", env!("LUMIVOX_TRANSFER"));
 
 /// What a file begins with.
-const MAGIC: [u8; 8] = *b"lumiprt2";
+const MAGIC: [u8; 8] = *b"lumiprt3";
 
 /// The file of a scene's transfer, in a folder.
 pub(super) fn path_in(folder: &Path, scene: &Scene, settings: &TransferSettings) -> PathBuf {
@@ -39,59 +40,72 @@ pub(super) fn read(path: &Path) -> Option<Transfer> {
         return None;
     }
     let mut rest = content.strip_prefix(&MAGIC)?;
-    let mut counts = [0u64; 13];
-    for count in &mut counts {
-        let (own, after) = rest.split_first_chunk::<8>()?;
-        (*count, rest) = (u64::from_le_bytes(*own), after);
-    }
-    let [
-        points,
-        nodes,
-        triangles,
-        rows,
-        visibility,
-        order,
-        functions,
-        filled,
-        stride,
-        vectors,
-        basis,
-        clusters,
-        weights,
-    ] = counts;
+    let [order, filled, has_lobes] = take(&mut rest)?[..] else {
+        return None;
+    };
     let transfer = Transfer {
         lattice: Lattice {
-            points: take(&mut rest, points)?,
-            nodes: take(&mut rest, nodes)?,
-            triangles: take(&mut rest, triangles)?,
+            points: take(&mut rest)?,
+            nodes: take(&mut rest)?,
+            triangles: take(&mut rest)?,
         },
-        order: order as u32,
-        functions: functions as u32,
-        rows: take(&mut rest, rows)?,
-        visibility: take(&mut rest, visibility)?,
-        filled: filled as u32,
-        harmonics: match stride {
+        order,
+        filled,
+        visibility: take(&mut rest)?,
+        folded: take(&mut rest)?,
+        irradiance: take_rows(&mut rest)?,
+        lobes: match has_lobes {
             0 => None,
-            stride => Some(Compressed {
-                stride: stride as u32,
-                vectors: vectors as u32,
-                basis: take(&mut rest, basis)?,
-                clusters: take(&mut rest, clusters)?,
-                weights: take(&mut rest, weights)?,
-            }),
+            _ => Some(take_rows(&mut rest)?),
         },
     };
     rest.is_empty().then_some(transfer)
 }
 
-fn take<T: bytemuck::AnyBitPattern + bytemuck::NoUninit>(
-    rest: &mut &[u8],
-    count: u64,
-) -> Option<Vec<T>> {
-    let bytes = usize::try_from(count).ok()?.checked_mul(size_of::<T>())?;
-    let (own, after) = rest.split_at_checked(bytes)?;
+fn take_rows(rest: &mut &[u8]) -> Option<Rows> {
+    let [outputs, functions, stride, vectors] = take(rest)?[..] else {
+        return None;
+    };
+    let harmonics = Compressed {
+        stride,
+        vectors,
+        basis: take(rest)?,
+        clusters: take(rest)?,
+        weights: take(rest)?,
+    };
+    Some(Rows {
+        outputs,
+        functions,
+        harmonics: (stride > 0).then_some(harmonics),
+        plain: take(rest)?,
+    })
+}
+
+/// A part of the file: how many there are, then all of them.
+fn take<T: bytemuck::AnyBitPattern + bytemuck::NoUninit>(rest: &mut &[u8]) -> Option<Vec<T>> {
+    let (count, after) = rest.split_first_chunk::<8>()?;
+    let count = usize::try_from(u64::from_le_bytes(*count)).ok()?;
+    let (own, after) = after.split_at_checked(count.checked_mul(size_of::<T>())?)?;
     *rest = after;
     Some(bytemuck::pod_collect_to_vec(own))
+}
+
+fn put<T: bytemuck::NoUninit>(content: &mut Vec<u8>, part: &[T]) {
+    content.extend((part.len() as u64).to_le_bytes());
+    content.extend_from_slice(bytemuck::cast_slice(part));
+}
+
+fn put_rows(content: &mut Vec<u8>, rows: &Rows) {
+    let none = Compressed::default();
+    let own = rows.harmonics.as_ref().unwrap_or(&none);
+    put(
+        content,
+        &[rows.outputs, rows.functions, own.stride, own.vectors],
+    );
+    put(content, &own.basis);
+    put(content, &own.clusters);
+    put(content, &own.weights);
+    put(content, &rows.plain);
 }
 
 /// Keeps transfer in a file.
@@ -99,44 +113,23 @@ pub(super) fn write(path: &Path, transfer: &Transfer) -> Result<(), Box<dyn std:
     let Transfer {
         lattice,
         order,
-        functions,
-        harmonics,
-        rows,
+        irradiance,
+        lobes,
         visibility,
+        folded,
         filled,
     } = transfer;
-    let none = Compressed::default();
-    let own = harmonics.as_ref().unwrap_or(&none);
-    let counts = [
-        lattice.points.len() as u64,
-        lattice.nodes.len() as u64,
-        lattice.triangles.len() as u64,
-        rows.len() as u64,
-        visibility.len() as u64,
-        (*order).into(),
-        (*functions).into(),
-        (*filled).into(),
-        own.stride.into(),
-        own.vectors.into(),
-        own.basis.len() as u64,
-        own.clusters.len() as u64,
-        own.weights.len() as u64,
-    ];
-    let points: &[Point] = &lattice.points;
-    let triangles: &[TriangleNodes] = &lattice.triangles;
-    let parts: [&[u8]; 8] = [
-        bytemuck::cast_slice(points),
-        bytemuck::cast_slice(&lattice.nodes),
-        bytemuck::cast_slice(triangles),
-        bytemuck::cast_slice(rows),
-        bytemuck::cast_slice(visibility),
-        bytemuck::cast_slice(&own.basis),
-        &own.clusters,
-        bytemuck::cast_slice(&own.weights),
-    ];
     let mut content = MAGIC.to_vec();
-    content.extend(counts.iter().flat_map(|count| count.to_le_bytes()));
-    parts.iter().for_each(|part| content.extend(*part));
+    put(&mut content, &[*order, *filled, lobes.is_some().into()]);
+    put(&mut content, &lattice.points);
+    put(&mut content, &lattice.nodes);
+    put(&mut content, &lattice.triangles);
+    put(&mut content, visibility);
+    put(&mut content, folded);
+    put_rows(&mut content, irradiance);
+    if let Some(lobes) = lobes {
+        put_rows(&mut content, lobes);
+    }
     let checksum = sum(&content);
     content.extend(checksum.to_le_bytes());
     if let Some(folder) = path.parent() {

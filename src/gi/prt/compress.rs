@@ -35,6 +35,8 @@ pub struct Compressed {
 
 /// Rows that clusters are learnt from; of more rows, as many spread evenly.
 const MOST_LEARNT: usize = 16_384;
+/// Numbers of all those rows: where rows are long, fewer are learnt from.
+const MOST_LEARNT_NUMBERS: usize = 12_000_000;
 /// Rounds in which rows go to the nearest mean.
 const MEAN_ROUNDS: usize = 8;
 /// Rounds after them in which rows go to the cluster that rebuilds them best.
@@ -45,43 +47,44 @@ const SUBSPACE_STEPS: usize = 2;
 impl Compressed {
     /// Compresses rows of `stride` numbers. The same rows give the same clusters.
     pub fn new(rows: &[f32], stride: usize, settings: CompressSettings) -> Self {
-        let count = rows.len() / stride.max(1);
-        let learnt = count.min(MOST_LEARNT);
-        let rows_of = |count: usize| rows.chunks_exact(stride).take(count);
-        let sample: Vec<&[f32]> = match learnt == count {
-            true => rows_of(count).collect(),
-            false => (0..learnt)
-                .map(|at| &rows[at * count / learnt * stride..][..stride])
-                .collect(),
+        let row = |at: usize| (rows[at * stride..][..stride].to_vec(), ());
+        Compressed::of(rows.len() / stride.max(1), stride, settings, row).0
+    }
+
+    /// The same of rows that are worked out one by one, some of them twice, and never all kept;
+    /// what else comes with each is returned.
+    pub(super) fn of<R: Send>(
+        count: usize,
+        stride: usize,
+        settings: CompressSettings,
+        row: impl Fn(usize) -> (Vec<f32>, R) + Sync,
+    ) -> (Self, Vec<R>) {
+        let most = (MOST_LEARNT_NUMBERS / stride.max(1)).min(MOST_LEARNT);
+        let learnt = count.min(most);
+        let sample = (0..learnt).into_par_iter();
+        let sample: Vec<Vec<f32>> = sample.map(|at| row(at * count / learnt).0).collect();
+        let clusters = learn(&sample, stride, settings);
+        drop(sample);
+        let encode = |at: usize| {
+            let (row, rest) = row(at);
+            let (own, _) = nearest(&clusters, &row);
+            let weights: Vec<f32> = clusters[own].weights(&row).collect();
+            (own as u8, weights, rest)
         };
-        let mut learning = Learning::new(&sample, stride, settings);
-        for _ in 0..MEAN_ROUNDS {
-            learning.assign();
-            learning.set_means();
-        }
-        if settings.vectors > 0 {
-            for _ in 0..VECTOR_ROUNDS {
-                learning.set_vectors();
-                learning.assign();
-                learning.set_means();
-            }
-            learning.set_vectors();
-        }
-        let clusters = learning.clusters;
-        let found: Vec<(u8, Vec<f32>)> = rows
-            .par_chunks_exact(stride.max(1))
-            .map(|row| {
-                let (own, _) = nearest(&clusters, row);
-                (own as u8, clusters[own].weights(row).collect())
-            })
-            .collect();
-        Compressed {
+        let encoded: Vec<(u8, Vec<f32>, R)> = (0..count).into_par_iter().map(encode).collect();
+        let mut compressed = Compressed {
             stride: stride as u32,
             vectors: settings.vectors,
             basis: clusters.iter().flat_map(|own| own.basis.clone()).collect(),
-            clusters: found.iter().map(|(own, _)| *own).collect(),
-            weights: found.into_iter().flat_map(|(_, weights)| weights).collect(),
+            ..Compressed::default()
+        };
+        let mut rests = Vec::with_capacity(count);
+        for (own, weights, rest) in encoded {
+            compressed.clusters.push(own);
+            compressed.weights.extend(weights);
+            rests.push(rest);
         }
+        (compressed, rests)
     }
 
     /// A row, rebuilt.
@@ -97,6 +100,24 @@ impl Compressed {
         }
         row
     }
+}
+
+/// Clusters of some rows.
+fn learn(sample: &[Vec<f32>], stride: usize, settings: CompressSettings) -> Vec<Cluster> {
+    let mut learning = Learning::new(sample, stride, settings);
+    for _ in 0..MEAN_ROUNDS {
+        learning.assign();
+        learning.set_means();
+    }
+    if settings.vectors > 0 {
+        for _ in 0..VECTOR_ROUNDS {
+            learning.set_vectors();
+            learning.assign();
+            learning.set_means();
+        }
+        learning.set_vectors();
+    }
+    learning.clusters
 }
 
 /// The mean of a cluster and its vectors, one after the other.
@@ -154,7 +175,7 @@ fn nearest(clusters: &[Cluster], row: &[f32]) -> (usize, f32) {
 
 /// Clusters, as they are learnt.
 struct Learning<'r> {
-    rows: &'r [&'r [f32]],
+    rows: &'r [Vec<f32>],
     clusters: Vec<Cluster>,
     /// Of each row: its cluster and its squared error there.
     own: Vec<(usize, f32)>,
@@ -165,7 +186,7 @@ impl<'r> Learning<'r> {
     /// Means are rows, each taken where the squared distances from the means before it, summed up
     /// row by row, reach a part of their sum that goes on by the golden ratio: k-means++ (Arthur &
     /// Vassilvitskii 2007) without chance.
-    fn new(rows: &'r [&'r [f32]], stride: usize, settings: CompressSettings) -> Self {
+    fn new(rows: &'r [Vec<f32>], stride: usize, settings: CompressSettings) -> Self {
         let golden = 0.5 * (5f64.sqrt() - 1.0);
         let mut clusters: Vec<Cluster> = Vec::new();
         let mut distances = vec![f32::INFINITY; rows.len()];
@@ -186,7 +207,7 @@ impl<'r> Learning<'r> {
                 }
             };
             let fresh = Cluster {
-                basis: rows[picked].to_vec(),
+                basis: rows[picked].clone(),
                 stride,
             };
             distances
@@ -212,7 +233,7 @@ impl<'r> Learning<'r> {
     fn members(&self) -> Vec<Vec<&'r [f32]>> {
         let mut members = vec![Vec::new(); self.clusters.len()];
         for ((own, _), row) in self.own.iter().zip(self.rows) {
-            members[*own].push(*row);
+            members[*own].push(row.as_slice());
         }
         members
     }
@@ -224,7 +245,7 @@ impl<'r> Learning<'r> {
         worst.sort_by(|a, b| self.own[*b].1.total_cmp(&self.own[*a].1));
         let empty = members.iter_mut().filter(|rows| rows.is_empty());
         for (rows, worst) in empty.zip(worst) {
-            rows.push(self.rows[worst]);
+            rows.push(&self.rows[worst]);
         }
         self.clusters
             .par_iter_mut()

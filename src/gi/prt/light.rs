@@ -6,9 +6,10 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3, Vec3};
 use rayon::prelude::*;
 
+use super::fold;
 use super::transfer::TransferSettings;
 use crate::gi::Settings;
-use crate::gi::shared::sh::{self, Rotation};
+use crate::gi::shared::sh;
 use crate::image::luminance;
 use crate::render::GpuScene;
 use crate::scene::{Light, Sky};
@@ -24,11 +25,38 @@ enum Window {
 /// The light of a scene, kept for as long as it is the same.
 pub(super) struct Lights {
     window: Window,
-    /// The harmonics of the last sky's map, before it is scaled and turned.
-    map: Option<(Arc<Sky>, Vec<DVec3>)>,
+    /// What of a sky's bands above is put into those that are kept ([`fold`]); none: nothing.
+    folded: Option<Vec<f32>>,
+    /// What is known of the last sky's map, before it is scaled and turned.
+    map: Option<(Arc<Sky>, Map)>,
     /// What it was worked out of.
     made_of: Option<(Vec<Light>, Vec3, Option<Arc<Sky>>)>,
     now: Vec<[f32; 3]>,
+}
+
+/// Harmonics of a sky's map.
+struct Map {
+    kept: Vec<DVec3>,
+    /// Those of bands above, where they are used.
+    above: Vec<DVec3>,
+}
+
+impl Map {
+    fn new(order: u32, sky: &Sky, is_folded: bool) -> Self {
+        let kept = project_sky(order, sky);
+        if let Some(told) = told_of_loss(&kept, sky) {
+            log::warn!("prt: {told}");
+        }
+        let mut all = match is_folded {
+            true => fold::project(sky),
+            false => Vec::new(),
+        };
+        let above = match held_share(&all, sky) >= LEAST_HELD {
+            true => all.split_off(kept.len()),
+            false => Vec::new(),
+        };
+        Map { kept, above }
+    }
 }
 
 impl Lights {
@@ -40,10 +68,16 @@ impl Lights {
                 "lanczos" => Window::Lanczos(width),
                 _ => Window::None,
             },
+            folded: None,
             map: None,
             made_of: None,
             now: Vec::new(),
         }
+    }
+
+    /// Sets what of bands above is kept from now on.
+    pub(super) fn set_folded(&mut self, folded: Option<Vec<f32>>) {
+        (self.folded, self.map, self.made_of) = (folded, None, None);
     }
 
     /// A row a function, as they were last.
@@ -99,53 +133,50 @@ impl Lights {
             all[0] = (4.0 * PI).sqrt() * radiance.as_dvec3();
             return all;
         };
-        let is_known = |(known, _): &&(Arc<Sky>, Vec<DVec3>)| known.is_of_map(sky);
-        let plain = match self.map.as_ref().filter(is_known) {
-            Some((_, plain)) => plain.clone(),
-            None => {
-                let plain = project_sky(order, sky);
-                if let Some(told) = told_of_loss(&plain, sky) {
-                    log::warn!("prt: {told}");
-                }
-                plain
-            }
+        let is_known = |(known, _): &&(Arc<Sky>, Map)| known.is_of_map(sky);
+        let map = match self.map.take().filter(|map| is_known(&map)) {
+            Some((_, map)) => map,
+            None => Map::new(order, sky, self.folded.is_some()),
         };
-        self.map = Some((Arc::clone(sky), plain.clone()));
         let turn = DMat3::from_rotation_y(f64::from(sky.rotate_deg()).to_radians());
-        let rotation = Rotation::new(order as usize, turn);
-        let channel = |channel: usize| {
-            let own: Vec<f64> = plain.iter().map(|rgb| rgb[channel]).collect();
-            rotation.apply(&own)
-        };
-        let [r, g, b] = [0, 1, 2].map(channel);
+        let all: Vec<DVec3> = map.kept.iter().chain(&map.above).copied().collect();
+        let mut harmonics = fold::turned(&all, turn);
+        let above = harmonics.split_off(map.kept.len());
+        if let Some(folded) = &self.folded {
+            fold::add(&mut harmonics, &above, folded);
+        }
+        self.map = Some((Arc::clone(sky), map));
         let scale = f64::from(sky.scale());
-        (r.iter().zip(&g).zip(&b))
-            .map(|((r, g), b)| scale * DVec3::new(*r, *g, *b))
-            .collect()
+        harmonics.iter_mut().for_each(|rgb| *rgb *= scale);
+        harmonics
     }
 }
 
 /// The most bands that harmonics may have.
 const MOST_BANDS: u32 = 10;
 
+/// A sky of whose luminance harmonics hold a smaller share, squared, is none that they hold.
+const LEAST_HELD: f64 = 0.5;
+
+/// Share of the square of a sky's luminance that its first harmonics hold.
+fn held_share(harmonics: &[DVec3], sky: &Sky) -> f64 {
+    let squares = harmonics
+        .iter()
+        .map(|rgb| f64::from(luminance(rgb.as_vec3())).powi(2));
+    squares.sum::<f64>() / squared(sky)
+}
+
 /// What to say where harmonics hold less than half of the square of a sky's luminance.
 fn told_of_loss(plain: &[DVec3], sky: &Sky) -> Option<String> {
-    let all = squared(sky);
-    let held = |harmonics: &[DVec3]| {
-        let squares = harmonics
-            .iter()
-            .map(|rgb| f64::from(luminance(rgb.as_vec3())).powi(2));
-        squares.sum::<f64>() / all
-    };
     // No number, where the sky is black.
-    let share = held(plain);
-    if share.is_nan() || share >= 0.5 {
+    let share = held_share(plain, sky);
+    if share.is_nan() || share >= LEAST_HELD {
         return None;
     }
     let order = plain.len().isqrt();
     let more = project_sky(MOST_BANDS, sky);
-    let enough =
-        (order + 1..=MOST_BANDS as usize).find(|order| held(&more[..order * order]) >= 0.5);
+    let enough = (order + 1..=MOST_BANDS as usize)
+        .find(|order| held_share(&more[..order * order], sky) >= LEAST_HELD);
     let advice = enough.map_or_else(
         || {
             format!(

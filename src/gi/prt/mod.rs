@@ -7,24 +7,33 @@
 //! - [`transfer`]: what light they get; [`build`] works it out by [`rays`] on the host.
 //! - [`compress`]: the same by clusters of points, in a fraction of the memory.
 //! - [`cache`]: the same, kept on disk.
-//! - [`light`]: the light, as one number for each of its functions.
-//! - [`points`]: the transfer on the device, and the light of its points.
-//! - [`seen`]: what pixels see of them; [`view`]: and what of the transfer.
+//! - [`lobes`]: which light comes from where, for what is glossy; [`rows`]: all of that in rows.
+//! - [`light`]: the light, as one number for each of its functions; [`fold`]: bands of a sky above
+//!   those that are kept.
+//! - [`points`]: the transfer on the device; [`lit`]: its rows, and what they bring under a light.
+//! - [`seen`]: what pixels see of points; [`glossy`]: what they mirror; [`view`]: what of transfer.
 
 pub mod build;
 pub mod cache;
 pub mod compress;
+pub mod fold;
+pub mod glossy;
 pub mod lattice;
 pub mod light;
+pub mod lit;
+pub mod lobes;
 pub mod points;
 pub mod rays;
+pub mod rows;
 pub mod seen;
 mod settings;
 pub mod transfer;
 pub mod view;
 
-pub use points::{
-    CompressedLightParams, LIGHT_CLUSTERS, LIGHT_COMPRESSED, LIGHT_POINTS, PointLightParams,
+pub use glossy::{BUMPS, CELLS, GATHER_GLOSSY};
+pub use lit::{
+    CompressedLightParams, LIGHT_CLUSTERS, LIGHT_COMPRESSED, LIGHT_LOBES, LIGHT_POINTS,
+    PointLightParams,
 };
 pub use seen::{GATHER, MARKS, POINTS};
 pub use settings::transfer_settings;
@@ -37,8 +46,11 @@ use super::inspect::ViewRow;
 use super::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
 use crate::render::{GBuffer, GpuScene, Receivers};
+use crate::scene::rays::corners;
 use crate::scene::{Light, Scene};
+use glossy::Glossy;
 use light::Lights;
+use lobes::LobeSettings;
 use points::Points;
 use seen::Seen;
 use settings::{PRESETS, RULES, SETTINGS};
@@ -57,8 +69,12 @@ pub static ENTRY: Entry = Entry {
         &LIGHT_POINTS,
         &LIGHT_CLUSTERS,
         &LIGHT_COMPRESSED,
+        &LIGHT_LOBES,
         &POINTS,
         &GATHER,
+        &CELLS,
+        &GATHER_GLOSSY,
+        &BUMPS,
         &MARKS,
         &VIEW,
     ]],
@@ -71,9 +87,11 @@ pub static ENTRY: Entry = Entry {
                 "prt.light_clusters",
                 "prt.light_compressed",
                 "prt.light_points",
+                "prt.light_lobes",
             ],
         ),
-        &Stage::picture("gather", &["prt.points", "prt.gather"]),
+        &Stage::picture("gather", &["prt.points", "prt.gather", "prt.bumps"]),
+        &Stage::picture("specular", &["prt.cells", "prt.gather_glossy"]),
     ],
     ..Entry::new(
         "prt",
@@ -91,7 +109,11 @@ struct Prt {
     clamps: bool,
     points_max: u64,
     lights: Lights,
+    /// Skies are kept as surfaces see them, not as harmonics of the whole sphere.
+    fits_seen: bool,
     seen: Seen,
+    /// Where something is glossy or bumped, and transfer is a matrix.
+    glossy: Option<Glossy>,
     built: Option<Built>,
 }
 
@@ -132,14 +154,22 @@ impl Prt {
             let count = scene.lights.len();
             log::warn!("prt: lights=ignore leaves out {count} lights{emission}");
         }
-        if scene.is_glossy {
-            log::warn!("prt: glossy surfaces mirror nothing: transfer is that of diffuse light");
+        let transfer = transfer_settings(settings, scene);
+        let clamps = settings.is("negative", "clamp");
+        match transfer.lobes {
+            None => warn_of_vectors(scene),
+            Some(lobes) => warn_of_mirrors(scene, lobes),
         }
+        let glossy = (transfer.lobes)
+            .map(|lobes| Glossy::new(gpu, scene, context.size, (lobes, clamps)))
+            .transpose()?;
         Ok(Prt {
-            transfer: transfer_settings(settings, scene),
-            clamps: settings.is("negative", "clamp"),
+            transfer,
+            clamps,
+            glossy,
             points_max: settings.count("points_max").into(),
             lights: Lights::new(settings),
+            fits_seen: settings.is("fit", "seen"),
             seen: Seen::new(gpu, scene, context.size)?,
             built: None,
         })
@@ -201,6 +231,45 @@ impl Prt {
     }
 }
 
+/// Says what vectors of transfer leave out.
+fn warn_of_vectors(scene: &GpuScene) {
+    let hint = "`transfer=matrix` keeps it";
+    if scene.is_glossy {
+        log::warn!("prt: glossy surfaces mirror nothing with transfer=vector; {hint}");
+    }
+    if scene.has_bumps() {
+        log::warn!("prt: normal maps change nothing with transfer=vector; {hint}");
+    }
+}
+
+/// Below this roughness, lobes are narrower than what so few bands hold.
+const LEAST_ROUGHNESS: f32 = 0.5;
+
+/// Says how much of the scene mirrors more sharply than radiance is kept.
+fn warn_of_mirrors(scene: &GpuScene, lobes: LobeSettings) {
+    let host = &scene.host;
+    let (mut sharp_m2, mut glossy_m2) = (0.0, 0.0);
+    for triangle in &host.triangles {
+        let Some(lobe) = &host.materials[triangle.material as usize].specular else {
+            continue;
+        };
+        let [a, b, c] = corners(host, triangle);
+        let area_m2 = 0.5 * (b - a).cross(c - a).length();
+        glossy_m2 += area_m2;
+        if lobe.roughness < LEAST_ROUGHNESS {
+            sharp_m2 += area_m2;
+        }
+    }
+    if sharp_m2 > 0.0 {
+        let percent = 100.0 * sharp_m2 / glossy_m2;
+        let order = lobes.order;
+        log::warn!(
+            "prt: {percent:.0}% of the glossy surface is smoother than roughness \
+             {LEAST_ROUGHNESS}; what it mirrors is blurred to the {order} bands of out_order"
+        );
+    }
+}
+
 /// The scene on the host, with its lights where they are now.
 fn lit_scene(scene: &GpuScene) -> Scene {
     let mut host = (*scene.host).clone();
@@ -227,10 +296,12 @@ impl Technique for Prt {
             None => Transfer::new(&host, self.transfer, &progress),
         };
         let points = Points::new(gpu, &transfer)?;
+        let folded = self.fits_seen.then(|| transfer.folded.clone());
+        self.lights.set_folded(folded);
         let counts = vec![
             ("prt_points", transfer.lattice.points.len() as u64),
             ("prt_points_filled", transfer.filled.into()),
-            ("prt_functions", transfer.functions.into()),
+            ("prt_functions", transfer.irradiance.functions.into()),
         ];
         let has_columns = self.transfer.has_lights && !scene.lights.is_empty();
         self.built = Some(Built {
@@ -276,6 +347,24 @@ impl Technique for Prt {
         let size = given.gbuffer.size;
         self.seen.draw(frame, &built.points, size, self.clamps);
         self.seen.gather(frame, receivers);
+        if let Some(glossy) = &self.glossy {
+            glossy.draw(frame, (&built.points, &self.seen), size);
+        }
+    }
+
+    fn adds_apart(&self) -> bool {
+        self.glossy.as_ref().is_some_and(Glossy::has_bumps)
+    }
+
+    fn add_apart(&mut self, frame: &mut Frame, given: &Inputs<'_>, diffuse: &Arc<Image>) {
+        if let (Some(glossy), Some(built)) = (&self.glossy, &self.built) {
+            glossy.add_bumps(frame, &built.points, (given, diffuse));
+        }
+    }
+
+    fn mirror(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> Option<Arc<Image>> {
+        let (glossy, built) = (self.glossy.as_ref()?, self.built.as_ref()?);
+        glossy.mirror(frame, &built.points, given)
     }
 }
 

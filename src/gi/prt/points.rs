@@ -3,213 +3,13 @@
 use std::sync::Arc;
 
 use bytemuck::cast_slice;
-use half::f16;
 
-use super::compress::Compressed;
+use super::lattice::Point;
+use super::lit::{LIGHT_LOBES, LIGHT_POINTS, LitRows};
+use super::lobes::frame_of;
 use super::transfer::Transfer;
-use crate::gpu_struct;
-use crate::graph::compute::linear_groups;
-use crate::graph::{
-    Access, Binding, Buffer, BufferDesc, BufferUsage, Error, Frame, Gpu, Owner, Pass,
-};
+use crate::graph::{Buffer, Error, Frame, Gpu, Owner};
 use crate::render::storage;
-use crate::shader::GpuStruct;
-
-gpu_struct! {
-    /// Parameters of `prt.light_points` and `prt.light_clusters`.
-    pub struct PointLightParams {
-        /// The first point of the buffer.
-        pub first_point: u32,
-        /// Points of the buffer.
-        pub point_count: u32,
-        /// The first function of a row, among the light's.
-        pub first_function: u32,
-        /// Functions of a row; even, of an odd number the last is dark.
-        pub function_count: u32,
-        /// 1: to the light that points have.
-        pub adds: u32,
-    }
-}
-
-gpu_struct! {
-    /// Parameters of `prt.light_compressed`.
-    pub struct CompressedLightParams {
-        /// The first point of the buffer.
-        pub first_point: u32,
-        /// Points of the buffer.
-        pub point_count: u32,
-        /// Vectors of a cluster beside its mean.
-        pub vector_count: u32,
-    }
-}
-
-const ROW_BINDINGS: &[Binding] = &[
-    Binding::buffer("transfer_words", Access::ComputeRead),
-    Binding::buffer("light", Access::ComputeRead),
-    Binding::buffer("point_light", Access::ComputeReadWrite),
-];
-
-/// Irradiance of points from their transfer. A thread a point.
-pub static LIGHT_POINTS: Pass = Pass::compute(
-    "prt.light_points",
-    "gi/prt/light_points.comp",
-    ROW_BINDINGS,
-    PointLightParams::LAYOUT,
-);
-
-/// The same for the mean and the vectors of each cluster. A thread a row.
-pub static LIGHT_CLUSTERS: Pass = Pass::compute(
-    "prt.light_clusters",
-    "gi/prt/light_points.comp",
-    ROW_BINDINGS,
-    PointLightParams::LAYOUT,
-);
-
-/// Irradiance of points from that of their clusters. A thread a point.
-pub static LIGHT_COMPRESSED: Pass = Pass::compute(
-    "prt.light_compressed",
-    "gi/prt/light_compressed.comp",
-    &[
-        Binding::buffer("weight_words", Access::ComputeRead),
-        Binding::buffer("point_clusters", Access::ComputeRead),
-        Binding::buffer("cluster_light", Access::ComputeRead),
-        Binding::buffer("point_light", Access::ComputeReadWrite),
-    ],
-    CompressedLightParams::LAYOUT,
-);
-
-/// Rows of half floats in one buffer: a word of all rows, then the next word of all.
-struct Part {
-    words: Arc<Buffer>,
-    first: u32,
-    count: u32,
-}
-
-/// Rows of half floats, as many of them in a buffer as it may hold.
-fn upload_rows(
-    gpu: &Gpu,
-    name: &str,
-    (rows, numbers): (usize, usize),
-    number: impl Fn(usize, usize) -> f32,
-) -> Result<Vec<Part>, Error> {
-    let words = numbers.div_ceil(2);
-    let most = gpu.limits().storage_buffer_bytes / (4 * words as u64).max(1);
-    let most = most.clamp(1, u64::from(u32::MAX)) as usize;
-    let part = |first: usize| {
-        let own = most.min(rows - first);
-        let mut packed = vec![0u32; words * own];
-        for row in 0..own {
-            let half = |at: usize| match at < numbers {
-                true => u32::from(f16::from_f32(number(first + row, at)).to_bits()),
-                false => 0,
-            };
-            for word in 0..words {
-                packed[word * own + row] = half(2 * word) | half(2 * word + 1) << 16;
-            }
-        }
-        Ok(Part {
-            words: storage(gpu, (name, Owner::Store), cast_slice(&packed))?,
-            first: first as u32,
-            count: own as u32,
-        })
-    };
-    (0..rows).step_by(most).map(part).collect()
-}
-
-/// Points whose columns of harmonics are compressed.
-struct Clusters {
-    /// The mean and the vectors of each cluster.
-    basis: Vec<Part>,
-    /// Irradiance of each row of the basis.
-    light: Arc<Buffer>,
-    /// Four points a word.
-    of_points: Arc<Buffer>,
-    weights: Vec<Part>,
-    vectors: u32,
-    functions: u32,
-}
-
-impl Clusters {
-    fn new(gpu: &Gpu, harmonics: &Compressed) -> Result<Self, Error> {
-        let stride = harmonics.stride as usize;
-        let vectors = harmonics.vectors as usize;
-        let rows = harmonics.basis.len() / stride;
-        let own = &harmonics.clusters;
-        let mut of_points = own.clone();
-        of_points.resize(own.len().next_multiple_of(4), 0);
-        let dark = vec![[0.0f32; 4]; rows];
-        Ok(Clusters {
-            basis: upload_rows(gpu, "prt.basis", (rows, stride), |row, at| {
-                harmonics.basis[row * stride + at]
-            })?,
-            light: storage(gpu, ("prt.cluster_light", Owner::Store), cast_slice(&dark))?,
-            of_points: storage(gpu, ("prt.point_clusters", Owner::Store), &of_points)?,
-            weights: upload_rows(gpu, "prt.weights", (own.len(), vectors), |point, at| {
-                harmonics.weights[point * vectors + at]
-            })?,
-            vectors: harmonics.vectors,
-            functions: (harmonics.stride / 3).next_multiple_of(2),
-        })
-    }
-
-    /// Adds the passes that light all points.
-    fn light(&self, frame: &mut Frame, (light, first): (&Arc<Buffer>, u32), lit: &Arc<Buffer>) {
-        for part in &self.basis {
-            let rows = RowLight {
-                part,
-                first_function: first,
-                function_count: self.functions,
-                adds: false,
-            };
-            rows.add(frame, &LIGHT_CLUSTERS, (light, &self.light));
-        }
-        for part in &self.weights {
-            frame
-                .pass(&LIGHT_COMPRESSED)
-                .bind("weight_words", &part.words)
-                .bind("point_clusters", &self.of_points)
-                .bind("cluster_light", &self.light)
-                .bind("point_light", lit)
-                .push(&CompressedLightParams {
-                    first_point: part.first,
-                    point_count: part.count,
-                    vector_count: self.vectors,
-                })
-                .dispatch(linear_groups(part.count));
-        }
-    }
-}
-
-/// A pass that lights rows.
-struct RowLight<'p> {
-    part: &'p Part,
-    first_function: u32,
-    function_count: u32,
-    adds: bool,
-}
-
-impl RowLight<'_> {
-    fn add(
-        &self,
-        frame: &mut Frame,
-        pass: &'static Pass,
-        (light, lit): (&Arc<Buffer>, &Arc<Buffer>),
-    ) {
-        frame
-            .pass(pass)
-            .bind("transfer_words", &self.part.words)
-            .bind("light", light)
-            .bind("point_light", lit)
-            .push(&PointLightParams {
-                first_point: self.part.first,
-                point_count: self.part.count,
-                first_function: self.first_function,
-                function_count: self.function_count,
-                adds: self.adds.into(),
-            })
-            .dispatch(linear_groups(self.part.count));
-    }
-}
 
 /// Light of each harmonic alone: as many rows as there are functions; a dark one after the last.
 fn units(harmonics: usize, scales: &[f32]) -> Vec<[f32; 4]> {
@@ -224,124 +24,72 @@ fn units(harmonics: usize, scales: &[f32]) -> Vec<[f32; 4]> {
 
 /// The transfer of all points on the device.
 pub(super) struct Points {
-    clusters: Option<Clusters>,
-    /// Columns that are not compressed.
-    rows: Vec<Part>,
-    /// The first function of those columns.
-    first_function: u32,
-    /// How many there are, even.
-    functions: u32,
-    /// The light that points are lit with, a row a function.
-    light: Arc<Buffer>,
-    /// The same of each harmonic alone, one after the other.
+    pub(super) irradiance: LitRows,
+    /// The radiance above points, and the frames that it is kept in.
+    pub(super) lobes: Option<(LitRows, Arc<Buffer>)>,
+    /// The light of each harmonic alone, one after the other.
     units: Arc<Buffer>,
-    /// rgb: irradiance (W/m²); w: ambient visibility.
-    pub(super) lit: Arc<Buffer>,
     pub(super) triangles: Arc<Buffer>,
     pub(super) nodes: Arc<Buffer>,
-    /// Powers of two that the transfer of each function was divided by.
-    scales: Vec<f32>,
 }
-
-/// Largest transfer of a function that is kept as it is; half floats hold twice as much.
-const MOST_STORED: f32 = 32_768.0;
-/// Below this largest transfer of a function its half floats would lose digits.
-const LEAST_STORED: f32 = 0.25;
 
 impl Points {
     /// Uploads what was worked out.
     pub(super) fn new(gpu: &Gpu, transfer: &Transfer) -> Result<Self, Error> {
-        let count = transfer.lattice.points.len();
-        let compressed = transfer.compressed_functions();
-        let plain = transfer.functions - compressed;
-        let stride = 3 * plain as usize;
-        let mut largest = vec![0.0f32; plain as usize];
-        for row in transfer.rows.chunks_exact(stride.max(1)) {
-            for (largest, rgb) in largest.iter_mut().zip(row.chunks_exact(3)) {
-                *largest = rgb
-                    .iter()
-                    .fold(*largest, |most, value| value.abs().max(most));
-            }
-        }
-        let scale = |largest: &f32| match *largest {
-            most if most == 0.0 || (LEAST_STORED..=MOST_STORED).contains(&most) => 1.0,
-            most => most.log2().ceil().exp2(),
-        };
-        // Transfer of harmonics is never large: irradiance of a unit of radiance.
-        let mut scales = vec![1.0; compressed as usize];
-        scales.extend(largest.iter().map(scale));
-        let rows = match plain {
-            0 => Vec::new(),
-            _ => upload_rows(gpu, "prt.transfer", (count, stride), |point, at| {
-                transfer.plain_row(point)[at] / scales[compressed as usize + at / 3]
-            })?,
-        };
+        // w: ambient visibility.
         let dark: Vec<[f32; 4]> = (transfer.visibility.iter())
             .map(|visibility| [0.0, 0.0, 0.0, *visibility])
             .collect();
+        let named = ("prt.point_light", &dark[..]);
+        let irradiance = LitRows::new(gpu, &transfer.irradiance, &LIGHT_POINTS, named)?;
+        let lobes = transfer.lobes.as_ref().map(|lobes| {
+            let dark = vec![[0.0; 4]; dark.len() * lobes.outputs as usize];
+            let rows = LitRows::new(gpu, lobes, &LIGHT_LOBES, ("prt.point_lobes", &dark))?;
+            let frame = |point: &Point| {
+                let frame = frame_of(point.normal).as_mat3();
+                [frame.x_axis, frame.z_axis].map(|axis| axis.extend(0.0).to_array())
+            };
+            let frames: Vec<[[f32; 4]; 2]> = transfer.lattice.points.iter().map(frame).collect();
+            let frames = storage(gpu, ("prt.frames", Owner::Store), cast_slice(&frames))?;
+            Ok::<_, Error>((rows, frames))
+        });
+        let harmonics = (transfer.order * transfer.order) as usize;
+        let units = units(harmonics, &irradiance.scales);
         let store = |name, bytes: &[u8]| storage(gpu, (name, Owner::Store), bytes);
-        let units = units((transfer.order * transfer.order) as usize, &scales);
-        let harmonics = transfer.harmonics.as_ref();
         Ok(Points {
-            clusters: harmonics.map(|own| Clusters::new(gpu, own)).transpose()?,
-            rows,
-            first_function: compressed,
-            functions: plain.next_multiple_of(2),
-            light: gpu.create_buffer(&BufferDesc {
-                name: "prt.light".into(),
-                // A dark one after the last.
-                size_bytes: 16 * (1 + u64::from(transfer.functions)),
-                usage: BufferUsage::Storage,
-                owner: Owner::Store,
-            })?,
+            irradiance,
+            lobes: lobes.transpose()?,
             units: store("prt.units", cast_slice(&units))?,
-            lit: store("prt.point_light", cast_slice(&dark))?,
             triangles: store(
                 "prt.triangle_nodes",
                 cast_slice(&transfer.lattice.triangles),
             )?,
             nodes: store("prt.node_points", cast_slice(&transfer.lattice.nodes))?,
-            scales,
         })
     }
 
     /// Sets the light, a row a function, that points are lit with next.
     pub(super) fn set_light(&self, gpu: &Gpu, light: &[[f32; 3]]) -> Result<(), Error> {
-        let rows = light.iter().zip(&self.scales);
-        let mut rows: Vec<[f32; 4]> = rows
-            .map(|(rgb, scale)| [scale * rgb[0], scale * rgb[1], scale * rgb[2], 0.0])
-            .collect();
-        rows.resize(1 + self.scales.len(), [0.0; 4]);
-        gpu.upload_buffer(&self.light, cast_slice(&rows))
-    }
-
-    /// The cluster of each point, four a word, where they are compressed.
-    pub(super) fn clusters(&self) -> Option<&Arc<Buffer>> {
-        self.clusters.as_ref().map(|clusters| &clusters.of_points)
+        self.irradiance.set_light(gpu, light)?;
+        match &self.lobes {
+            Some((lobes, _)) => lobes.set_light(gpu, light),
+            None => Ok(()),
+        }
     }
 
     /// Adds the passes that light all points.
     pub(super) fn light(&self, frame: &mut Frame) {
-        self.light_with(frame, None);
+        self.irradiance.light(frame, None);
+        if let Some((lobes, _)) = &self.lobes {
+            lobes.light(frame, None);
+        }
     }
 
-    /// Adds the passes that light all points, with the light or with one harmonic alone.
+    /// Adds the passes that light all points with one harmonic alone, without their lobes; or as
+    /// they were.
     pub(super) fn light_with(&self, frame: &mut Frame, harmonic: Option<u32>) {
-        let (light, first) = match harmonic {
-            Some(harmonic) => (&self.units, harmonic * self.scales.len() as u32),
-            None => (&self.light, 0),
-        };
-        if let Some(clusters) = &self.clusters {
-            clusters.light(frame, (light, first), &self.lit);
-        }
-        for part in &self.rows {
-            let rows = RowLight {
-                part,
-                first_function: first + self.first_function,
-                function_count: self.functions,
-                adds: self.clusters.is_some(),
-            };
-            rows.add(frame, &LIGHT_POINTS, (light, &self.lit));
-        }
+        let functions = self.irradiance.scales.len() as u32;
+        let unit = harmonic.map(|harmonic| (&self.units, harmonic * functions));
+        self.irradiance.light(frame, unit);
     }
 }

@@ -13,9 +13,9 @@ const SEEN: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
 const DEPTH: vk::Format = vk::Format::D32_SFLOAT;
 
 /// A pass that draws the scene, each pixel from the three points around it.
-const fn drawn(
+pub(super) const fn drawn(
     name: &'static str,
-    fragment: &'static str,
+    (fragment, color): (&'static str, &'static [vk::Format]),
     bindings: &'static [Binding],
     constants: &'static [&'static str],
 ) -> Pass {
@@ -26,7 +26,7 @@ const fn drawn(
             geometry: None,
             fragment: Some(fragment),
             state: RasterState {
-                color: &[SEEN],
+                color,
                 depth: Some(DEPTH),
                 depth_compare: vk::CompareOp::GREATER,
                 ..RasterState::NO_TARGETS
@@ -42,7 +42,7 @@ const fn drawn(
 /// Irradiance and visibility of what each pixel shows. Draws the scene.
 pub static POINTS: Pass = drawn(
     "prt.points",
-    "gi/prt/points.frag",
+    ("gi/prt/points.frag", &[SEEN]),
     &[
         Binding::buffer("triangle_nodes", Access::RasterRead),
         Binding::buffer("node_points", Access::RasterRead),
@@ -68,7 +68,7 @@ pub static GATHER: Pass = Pass {
 /// Points, or clusters of points, each in a colour of its own. Draws the scene.
 pub static MARKS: Pass = drawn(
     "prt.marks_view",
-    "gi/prt/marks_view.frag",
+    ("gi/prt/marks_view.frag", &[SEEN]),
     &[
         Binding::buffer("triangle_nodes", Access::RasterRead),
         Binding::buffer("node_points", Access::RasterRead),
@@ -76,6 +76,25 @@ pub static MARKS: Pass = drawn(
     ],
     &["CLUSTERS"],
 );
+
+/// An image that is drawn into.
+pub(super) fn target(
+    gpu: &Gpu,
+    name: &str,
+    [width, height]: [u32; 2],
+    (format, usage): (vk::Format, ImageUsage),
+) -> Result<Arc<Image>, Error> {
+    gpu.create_image(&ImageDesc {
+        name: name.into(),
+        extent: [width, height, 1],
+        kind: ImageKind::D2,
+        format,
+        mips: 1,
+        layers: 1,
+        usage,
+        owner: Owner::Screen,
+    })
+}
 
 /// What pixels see of the points.
 pub(super) struct Seen {
@@ -86,27 +105,11 @@ pub(super) struct Seen {
 
 impl Seen {
     /// Allocates pictures of a size (px).
-    pub(super) fn new(
-        gpu: &Gpu,
-        scene: &GpuScene,
-        [width, height]: [u32; 2],
-    ) -> Result<Self, Error> {
-        let image = |name: &str, format, usage| {
-            gpu.create_image(&ImageDesc {
-                name: name.into(),
-                extent: [width, height, 1],
-                kind: ImageKind::D2,
-                format,
-                mips: 1,
-                layers: 1,
-                usage,
-                owner: Owner::Screen,
-            })
-        };
+    pub(super) fn new(gpu: &Gpu, scene: &GpuScene, size: [u32; 2]) -> Result<Self, Error> {
         let color = ImageUsage::COLOR | ImageUsage::SAMPLED;
         Ok(Seen {
-            light: image("prt.seen", SEEN, color)?,
-            depth: image("prt.depth", DEPTH, ImageUsage::DEPTH)?,
+            light: target(gpu, "prt.seen", size, (SEEN, color))?,
+            depth: target(gpu, "prt.depth", size, (DEPTH, ImageUsage::DEPTH))?,
             draws: scene.draws(),
         })
     }
@@ -117,7 +120,7 @@ impl Seen {
             .pass(&POINTS)
             .bind("triangle_nodes", &points.triangles)
             .bind("node_points", &points.nodes)
-            .bind("point_light", &points.lit)
+            .bind("point_light", &points.irradiance.lit)
             .constant("CLAMP", clamps);
         self.draw_all(pass, size);
     }
@@ -145,10 +148,15 @@ impl Seen {
     }
 
     fn draw_all(&self, pass: PassBuilder<'_>, extent: [u32; 2]) {
+        self.draw_into(&self.light, pass, extent);
+    }
+
+    /// Draws the scene into an image as large as what pixels see.
+    pub(super) fn draw_into(&self, image: &Arc<Image>, pass: PassBuilder<'_>, extent: [u32; 2]) {
         let black = ClearOrLoad::Clear([0.0; 4]);
         pass.draw(
             Targets {
-                color: &[(&self.light, 0, 0, black)],
+                color: &[(image, 0, 0, black)],
                 depth: Some((&self.depth, 0, black)),
                 extent,
                 viewport: None,

@@ -2,6 +2,7 @@
 
 use super::compress::CompressSettings;
 use super::lattice::LatticeSettings;
+use super::lobes::{LobeSettings, Projection};
 use super::transfer::{Sampling, TransferSettings};
 use crate::gi::settings::{Domain, Group, Preset, Rule, Setting, Settings};
 use crate::render::GpuScene;
@@ -89,6 +90,14 @@ pub(super) const SETTINGS: &[Setting] = &[
         default: "bake",
     },
     Setting {
+        name: "fit",
+        help: "what is kept of a sky: seen (its first bands, and what those above bring surfaces \
+               where they look) or sphere (its first bands alone, as published)",
+        unit: "",
+        domain: Domain::Choice(&["seen", "sphere"]),
+        default: "seen",
+    },
+    Setting {
         name: "window",
         help: "what damps high bands: none, hann or lanczos; every window makes errors larger or \
                no smaller",
@@ -112,6 +121,29 @@ pub(super) const SETTINGS: &[Setting] = &[
         unit: "",
         domain: Domain::Choice(&["clamp", "keep"]),
         default: "clamp",
+    },
+    Setting {
+        name: "transfer",
+        help: "vector (irradiance alone) or matrix (also which light comes from where, for glossy \
+               surfaces of roughness 0.5 and more, and for normal maps)",
+        unit: "",
+        domain: Domain::Choice(&["vector", "matrix"]),
+        default: "vector",
+    },
+    Setting {
+        name: "out_order",
+        help: "bands of spherical harmonics of where light comes from, with transfer=matrix",
+        unit: "",
+        domain: Domain::Count { min: 3, max: 6 },
+        default: "5",
+    },
+    Setting {
+        name: "projection",
+        help: "with transfer=matrix: hemisphere (least squares above the surface, by the cosine) \
+               or plain (as if below it all were dark)",
+        unit: "",
+        domain: Domain::Choice(&["hemisphere", "plain"]),
+        default: "hemisphere",
     },
     Setting {
         name: "compress",
@@ -179,6 +211,7 @@ pub(super) const PRESETS: &[Preset] = &[
             ("sampling", "sphere"),
             ("bounces", "2"),
             ("lights", "ignore"),
+            ("fit", "sphere"),
             ("negative", "keep"),
             ("sides", "front"),
         ]],
@@ -187,6 +220,11 @@ pub(super) const PRESETS: &[Preset] = &[
         name: "compressed",
         help: "as accurate, in a tenth of the memory",
         values: &[&[("order", "8"), ("cells", "32"), ("compress", "cpca")]],
+    },
+    Preset {
+        name: "glossy",
+        help: "as balanced, with rough mirrors and normal maps",
+        values: &[&[("transfer", "matrix"), ("compress", "cpca")]],
     },
 ];
 
@@ -216,8 +254,21 @@ pub(super) const RULES: &[Rule] = &[
     },
     Rule::always(
         Group::Light,
-        &["order", "transfer_rays", "sampling", "lights", "window"],
+        &[
+            "order",
+            "transfer_rays",
+            "sampling",
+            "lights",
+            "fit",
+            "window",
+            "transfer",
+        ],
     ),
+    Rule {
+        group: Group::Light,
+        settings: &["out_order", "projection"],
+        applies: |settings| settings.is("transfer", "matrix"),
+    },
     Rule {
         group: Group::Light,
         settings: &["window_width"],
@@ -253,5 +304,15 @@ pub fn transfer_settings(settings: &Settings, scene: &GpuScene) -> TransferSetti
             _ => None,
         }
         .map(|(clusters, vectors)| CompressSettings { clusters, vectors }),
+        // Radiance is kept for those alone that look at it.
+        lobes: (settings.is("transfer", "matrix") && (scene.is_glossy || scene.has_bumps())).then(
+            || LobeSettings {
+                order: settings.count("out_order"),
+                projection: match settings.choice("projection") {
+                    "plain" => Projection::Plain,
+                    _ => Projection::Hemisphere,
+                },
+            },
+        ),
     }
 }

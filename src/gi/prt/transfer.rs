@@ -11,9 +11,11 @@ use glam::Vec3;
 
 use super::build::Builder;
 use super::cache;
-use super::compress::{CompressSettings, Compressed};
+use super::compress::CompressSettings;
 use super::lattice::{Lattice, LatticeSettings};
+use super::lobes::LobeSettings;
 pub use super::rays::Sampling;
+use super::rows::Rows;
 use crate::scene::{Light, Scene};
 
 /// What is being done, and its progress of 0 to 1, told from any thread.
@@ -40,6 +42,8 @@ pub struct TransferSettings {
     pub has_lights: bool,
     /// How the columns of harmonics are compressed.
     pub compress: Option<CompressSettings>,
+    /// How it is kept which light comes from where, if it is.
+    pub lobes: Option<LobeSettings>,
 }
 
 /// The transfer of all points.
@@ -49,14 +53,15 @@ pub struct Transfer {
     pub lattice: Lattice,
     /// Bands of spherical harmonics.
     pub order: u32,
-    /// Functions of a row: harmonics, then emission where something emits, then analytic lights.
-    pub functions: u32,
-    /// Columns of harmonics, where they are compressed.
-    pub harmonics: Option<Compressed>,
-    /// Of each point, of each other function: red, green and blue (W/m²).
-    pub rows: Vec<f32>,
+    /// What irradiance each function brings (W/m²).
+    pub irradiance: Rows,
+    /// What radiance each brings, as harmonics of where it comes from (W/m²/sr).
+    pub lobes: Option<Rows>,
     /// Of each point: the share of the hemisphere that is open, by cosine.
     pub visibility: Vec<f32>,
+    /// What the bands of a sky above those that are kept bring these, as points see them: a row for
+    /// each kept harmonic.
+    pub folded: Vec<f32>,
     /// Points that took what their neighbours have.
     pub filled: u32,
 }
@@ -64,13 +69,7 @@ pub struct Transfer {
 impl Transfer {
     /// Works out the transfer of a scene.
     pub fn new(scene: &Scene, settings: TransferSettings, progress: Progress<'_>) -> Self {
-        let mut transfer = Builder::new(scene, settings).build(progress);
-        if let Some(compress) = settings.compress {
-            progress("clusters of transfer", 0.0);
-            transfer.compress(compress);
-            progress("clusters of transfer", 1.0);
-        }
-        transfer
+        Builder::new(scene, settings).build(progress)
     }
 
     /// That of a file in a folder or, where there is none, worked out and kept there.
@@ -100,12 +99,6 @@ impl Transfer {
         transfer
     }
 
-    /// The first functions, those that are compressed.
-    pub fn compressed_functions(&self) -> u32 {
-        let harmonics = self.harmonics.as_ref();
-        harmonics.map_or(0, |harmonics| harmonics.stride / 3)
-    }
-
     /// Works out the columns of some lights anew, by their places among the scene's lights.
     pub fn move_lights(
         &mut self,
@@ -116,42 +109,13 @@ impl Transfer {
     ) {
         let mut alone = scene.clone();
         alone.lights = moved.iter().map(|at| scene.lights[*at]).collect();
-        let columns = Builder::of_lights(&alone, settings).build(progress);
-        let stride = 3 * (self.functions - self.compressed_functions()) as usize;
-        let first = stride - 3 * scene.lights.len();
-        let rows = self.rows.chunks_exact_mut(stride);
-        for (row, fresh) in rows.zip(columns.rows.chunks_exact(3 * moved.len())) {
-            for (at, column) in moved.iter().zip(fresh.chunks_exact(3)) {
-                row[first + 3 * at..][..3].copy_from_slice(column);
-            }
+        let fresh = Builder::of_lights(&alone, settings).build(progress);
+        let first = self.irradiance.functions as usize - scene.lights.len();
+        let moved: Vec<usize> = moved.iter().map(|at| first + at).collect();
+        self.irradiance.set_columns(&moved, &fresh.irradiance);
+        if let (Some(own), Some(fresh)) = (&mut self.lobes, &fresh.lobes) {
+            own.set_columns(&moved, fresh);
         }
-    }
-
-    /// The row of a point.
-    pub fn row(&self, point: usize) -> Vec<f32> {
-        let harmonics = self.harmonics.as_ref();
-        let mut row = harmonics.map_or(Vec::new(), |harmonics| harmonics.row(point));
-        row.extend(self.plain_row(point));
-        row
-    }
-
-    /// The part of a point's row that is not compressed.
-    pub fn plain_row(&self, point: usize) -> &[f32] {
-        let stride = 3 * (self.functions - self.compressed_functions()) as usize;
-        &self.rows[point * stride..][..stride]
-    }
-
-    /// Compresses the columns of harmonics.
-    fn compress(&mut self, settings: CompressSettings) {
-        let stride = 3 * self.functions as usize;
-        let harmonics = 3 * (self.order * self.order) as usize;
-        let part = |from: usize, to: usize| -> Vec<f32> {
-            let rows = self.rows.chunks_exact(stride);
-            rows.flat_map(|row| &row[from..to]).copied().collect()
-        };
-        let (first, rest) = (part(0, harmonics), part(harmonics, stride));
-        self.harmonics = Some(Compressed::new(&first, harmonics, settings));
-        self.rows = rest;
     }
 }
 

@@ -59,7 +59,7 @@ pub(super) static VIEWS: [ViewRow; 3] = [
 pub(super) fn levels(view: &ViewRow, points: &Points, order: u32) -> u32 {
     match view.name {
         POINTS => 1,
-        CLUSTERS => u32::from(points.clusters().is_some()),
+        CLUSTERS => u32::from(points.irradiance.clusters().is_some()),
         "transfer" => order * order,
         _ => 0,
     }
@@ -74,7 +74,7 @@ pub(super) fn draw(
 ) {
     match view.name {
         POINTS => seen_by.draw_marks(frame, points, None, size),
-        CLUSTERS => seen_by.draw_marks(frame, points, points.clusters(), size),
+        CLUSTERS => seen_by.draw_marks(frame, points, points.irradiance.clusters(), size),
         _ => {
             points.light_with(frame, Some(level));
             seen_by.draw(frame, points, size, false);

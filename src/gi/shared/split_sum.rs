@@ -43,17 +43,28 @@ pub fn table(gpu: &Gpu) -> Result<Arc<Image>, Error> {
 }
 
 /// The factor of F₀, and what is reflected besides, of a lobe that is seen at an angle with this
-/// cosine: a mean over directions of visible normals (Heitz 2018), whose density leaves F G₂ / G₁.
+/// cosine.
 pub fn reflected_by_lobe(cosine: f64, roughness: f64) -> [f64; 2] {
+    let mut sums = [0.0; 2];
+    for (_, shares) in lobe_directions(cosine, roughness) {
+        sums[0] += shares[0];
+        sums[1] += shares[1];
+    }
+    sums
+}
+
+/// Directions that a lobe around +z reflects to an eye above the x axis, at an angle with this
+/// cosine; with each, which part of the radiance there is reflected: a factor of F₀, and besides.
+/// They are those of visible normals (Heitz 2018), whose density leaves F G₂ / G₁.
+pub fn lobe_directions(cosine: f64, roughness: f64) -> impl Iterator<Item = (DVec3, [f64; 2])> {
     let alpha = (roughness * roughness).max(SMALLEST_ALPHA);
     let to_eye = DVec3::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine);
     let stretched = DVec3::new(alpha * to_eye.x, 0.0, to_eye.z).normalize();
-    let lambda = |cosine: f64| {
+    let lambda = move |cosine: f64| {
         let tangent_2 = (1.0 / (cosine * cosine) - 1.0).max(0.0);
         0.5 * ((1.0 + alpha * alpha * tangent_2).sqrt() - 1.0)
     };
-    let mut sums = [0.0; 2];
-    for index in 0..SAMPLES {
+    (0..SAMPLES).filter_map(move |index| {
         let u = (f64::from(index) + 0.5) / f64::from(SAMPLES);
         let phi = TAU * f64::from(index.reverse_bits()) / 2f64.powi(32);
         // A cap of the sphere (Dupuy & Benyoub 2023).
@@ -62,16 +73,12 @@ pub fn reflected_by_lobe(cosine: f64, roughness: f64) -> [f64; 2] {
         let cap = DVec3::new(across * phi.cos(), across * phi.sin(), z) + stretched;
         let half = DVec3::new(alpha * cap.x, alpha * cap.y, cap.z.max(1e-9)).normalize();
         let to_light = 2.0 * half.dot(to_eye) * half - to_eye;
-        if to_light.z <= 0.0 {
-            continue;
-        }
         let from = lambda(cosine);
-        let unmasked = (1.0 + from) / (1.0 + from + lambda(to_light.z));
+        let unmasked = (1.0 + from) / (1.0 + from + lambda(to_light.z)) / f64::from(SAMPLES);
         let grazing = (1.0 - to_light.dot(half)).max(0.0).powi(5);
-        sums[0] += unmasked * (1.0 - grazing);
-        sums[1] += unmasked * grazing;
-    }
-    sums.map(|sum| sum / f64::from(SAMPLES))
+        let shares = [unmasked * (1.0 - grazing), unmasked * grazing];
+        (to_light.z > 0.0).then_some((to_light, shares))
+    })
 }
 
 #[cfg(test)]

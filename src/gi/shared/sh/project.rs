@@ -30,6 +30,19 @@ impl Quadrature {
         Quadrature { nodes }
     }
 
+    /// The same over the half of the sphere with z > 0; exact for polynomials there.
+    pub fn half(degree: usize) -> Quadrature {
+        let whole = Quadrature::exact_to(degree);
+        let raised = whole.nodes.iter().map(|(direction, weight)| {
+            let z = 0.5 * (direction.z + 1.0);
+            let flat = DVec3::new(direction.x, direction.y, 0.0).normalize_or_zero();
+            ((1.0 - z * z).sqrt() * flat + z * DVec3::Z, 0.5 * weight)
+        });
+        Quadrature {
+            nodes: raised.collect(),
+        }
+    }
+
     /// ∫ f dω.
     pub fn integrate(&self, f: impl Fn(DVec3) -> f64) -> f64 {
         self.nodes.iter().map(|&(d, weight)| weight * f(d)).sum()
