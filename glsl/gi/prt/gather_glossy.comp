@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// prt.gather_glossy: indirect specular radiance L_s of glossy surfaces, L_s = Σ (F₀ u_j + u'_j) c_j:
+// prt.gather_glossy: indirect specular radiance of glossy surfaces, L_s = Σ (F₀ u_j + u'_j) c_j:
 // c is the radiance above points, u what the lobe makes of each of its harmonics.
 layout(local_size_x = 8, local_size_y = 8) in;
 
