@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// prt.light_compressed: irradiance of points, or coefficients of their radiance, from those of their
-// clusters, E = M⁰·L + Σ w_i Mⁱ·L (Rust: prt::compress), before it is clamped. A thread an output of
-// a point.
+// prt.light_compressed: irradiance of points, or coefficients of their radiance, from those of
+// their clusters, E = M⁰·L + Σ w_i Mⁱ·L (Rust: prt::compress), before it is clamped. A thread an
+// output of a point.
 layout(local_size_x = 64) in;
 
 // half floats in pairs: a word of all points, then the next word of all
