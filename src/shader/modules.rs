@@ -205,6 +205,7 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/prt/light_compressed.comp.spv"),
     ),
     ("gi/prt/light_points.comp", include_bytes!("../../spirv/gi/prt/light_points.comp.spv")),
+    ("gi/prt/lobes_view.comp", include_bytes!("../../spirv/gi/prt/lobes_view.comp.spv")),
     ("gi/prt/marks_view.frag", include_bytes!("../../spirv/gi/prt/marks_view.frag.spv")),
     ("gi/prt/points.frag", include_bytes!("../../spirv/gi/prt/points.frag.spv")),
     ("gi/prt/points.vert", include_bytes!("../../spirv/gi/prt/points.vert.spv")),

@@ -63,6 +63,7 @@ mod probes_view;
 mod probes_voxels;
 mod properties;
 mod prt;
+mod prt_mirror;
 mod ray_spaces;
 mod rays;
 mod rules;

@@ -390,6 +390,37 @@ fn views_show_points_and_their_transfer() {
             println!("{compress}: coefficient {level} is off by {off:.5}");
             assert!(off < 3e-3, "{level}: {off}");
         }
+        // Five pixels a ball.
+        let seen = renderer.view(find("transfer-lobes"), 0).unwrap().unwrap();
+        let mut compared = 0;
+        let offs = (0..size * size).filter_map(|index| {
+            let (x, y) = (index % size, index / size);
+            let middle = [x / 5 * 5 + 2, y / 5 * 5 + 2];
+            let off = [(x, middle[0]), (y, middle[1])]
+                .map(|(at, middle)| (f64::from(at) - f64::from(middle) + 0.5) / (0.45 * 5.0));
+            let flat = off[0] * off[0] + off[1] * off[1];
+            let around = around[(middle[1] * size + middle[0]) as usize].as_ref()?;
+            if flat >= 0.999 {
+                return None;
+            }
+            let way = off[0] * right - off[1] * up - (1.0 - flat).sqrt() * forward;
+            let expected = around.iter().map(|(point, share)| {
+                let row = transfer.irradiance.row(*point as usize);
+                let green: Vec<f64> = row[1..]
+                    .iter()
+                    .step_by(3)
+                    .map(|own| (*own).into())
+                    .collect();
+                let harmonics = &green[..settings.order.pow(2) as usize];
+                f64::from(*share) * sh::reconstruct(harmonics, way)
+            });
+            compared += 1;
+            let found = f64::from(seen.pixels[index as usize].y);
+            Some((found - expected.sum::<f64>()).abs())
+        });
+        let off = offs.worst();
+        println!("{compress}: balls are off by {off:.5}, {compared} pixels");
+        assert!(compared > 300 && off < 0.02, "{compared}: {off}");
         // A number has one colour, and another number another.
         let is_told = |view, number: &dyn Fn(u32) -> u32| {
             let seen = renderer.view(view, 0).unwrap().unwrap();

@@ -100,6 +100,27 @@ void sh_evaluate(uint bands, vec3 d, inout float values[64]) {
     }
 }
 
+// One function of the basis, of any band.
+float sh_harmonic(uint l, int m, vec3 d) {
+    uint order = uint(abs(m));
+    float cosine = 1.0, sine = 0.0, first = SH_Y0;
+    for (uint i = 0u; i < order; i++) {
+        float turned = d.x * cosine - d.y * sine;
+        sine = d.x * sine + d.y * cosine;
+        cosine = turned;
+        float odd = float(2u * i + 1u);
+        first *= sqrt((odd + 2.0) / (odd + 1.0) * (i == 0u ? 2.0 : 1.0));
+    }
+    float before = 0.0, polynomial = first;
+    for (uint i = order; i < l; i++) {
+        float next = (d.z * polynomial - (i == order ? 0.0 : sh_ratio(i, order)) * before)
+            / sh_ratio(i + 1u, order);
+        before = polynomial;
+        polynomial = next;
+    }
+    return polynomial * (m < 0 ? sine : cosine);
+}
+
 // The clamped cosine about a direction: (√π/2, √(π/3) d).
 vec4 sh_cosine_lobe2(vec3 d) {
     return vec4(SH_COSINE.x * SH_Y0, SH_COSINE.y * SH_Y1 * d.yzx);

@@ -37,7 +37,7 @@ pub use lit::{
 };
 pub use seen::{GATHER, MARKS, POINTS};
 pub use settings::transfer_settings;
-pub use view::VIEW;
+pub use view::{LOBES_VIEW, LobesViewParams, VIEW};
 
 use std::sync::Arc;
 
@@ -77,6 +77,7 @@ pub static ENTRY: Entry = Entry {
         &BUMPS,
         &MARKS,
         &VIEW,
+        &LOBES_VIEW,
     ]],
     views: &[&view::VIEWS],
     stages: &[
@@ -392,7 +393,7 @@ impl Inspect for Prt {
             view::draw(
                 frame,
                 view,
-                (&built.points, &self.seen),
+                (&built.points, &self.seen, self.transfer.order),
                 (gbuffer.size, seen),
             );
         }
