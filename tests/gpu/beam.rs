@@ -18,9 +18,9 @@ use lumivox::gi::shared::cone::oracle::{Cone, MarchSettings, march};
 use lumivox::gi::shared::voxel::VoxelGrid;
 use lumivox::gi::voxel_cones::mips;
 use lumivox::graph::{Frame, Gpu};
-use lumivox::image::Aov;
+use lumivox::image::{Aov, Image};
 use lumivox::render::GpuScene;
-use lumivox::scene::Scene;
+use lumivox::scene::{Scene, Sky};
 
 const SIZE: [u32; 2] = [32, 24];
 
@@ -142,24 +142,31 @@ fn samples_are_the_oracles() {
     );
     let mut scene = bundled("cornell");
     scene.environment = Vec3::new(0.5, 0.25, 0.125).into();
-    let gpu_scene = GpuScene::new(&gpu, &scene).unwrap();
+    let mut gpu_scene = GpuScene::new(&gpu, &scene).unwrap();
+    let image_of_sky = Image::from_fn(32, 16, |at| {
+        Vec3::new(1.0 + (at % 32) as f32, 1.0 + (at / 32) as f32, 4.0) / 16.0
+    });
+    let sky = Sky::new(image_of_sky, 0.0).unwrap().with(1.5, 40.0);
+    let skies = [scene.environment.clone(), sky.into()];
     let grid = VoxelGrid::around(gpu_scene.bounds, resolution);
-    let _view = View::new(&gpu, &gpu_scene, &scene.camera, SIZE, &grid);
-    let context = Context {
-        gpu: &gpu,
-        scene: &gpu_scene,
-        size: SIZE,
-        eye: scene.camera.eye,
-        lend: registry::lend,
-    };
-    for (case, pairs) in [
+    let all = [
         &["resolution=16"][..],
         &["resolution=16", "height_clamp=0"],
         &["resolution=16", "step_factor=0.5", "max_distance=0.7"],
-    ]
-    .iter()
-    .enumerate()
-    {
+    ];
+    let all = skies
+        .iter()
+        .flat_map(|sky| all.iter().enumerate().map(move |case| (sky, case)));
+    for (sky, (case, pairs)) in all {
+        gpu_scene.set_lights(&gpu, &scene.lights, sky).unwrap();
+        let _view = View::new(&gpu, &gpu_scene, &scene.camera, SIZE, &grid);
+        let context = Context {
+            gpu: &gpu,
+            scene: &gpu_scene,
+            size: SIZE,
+            eye: scene.camera.eye,
+            lend: registry::lend,
+        };
         let settings = find("voxel-mips")
             .unwrap()
             .settings(Some("cones"), pairs)
@@ -196,6 +203,9 @@ fn samples_are_the_oracles() {
             let number = |name| f64::from(settings.number(name));
             let voxel = f64::from(grid.voxel_size);
             let reach = number("max_distance");
+            let half_angle = f64::from(0.5 * aperture_deg.to_radians());
+            let solid_angle = std::f64::consts::TAU * (1.0 - half_angle.cos());
+            let behind = (gpu_scene.environment).around(beam.direction.as_dvec3(), solid_angle);
             let march_settings = MarchSettings {
                 step_factor: number("step_factor"),
                 opacity_exponent: number("opacity_exponent"),
@@ -206,13 +216,13 @@ fn samples_are_the_oracles() {
                     4.0 * f64::from(resolution)
                 },
                 ao_falloff: 0.0,
-                environment: scene.environment.uniform().as_dvec3(),
+                environment: behind,
             };
             let (normal, direction) = (normal.as_dvec3(), beam.direction.as_dvec3());
             let origin = (place - grid.origin).as_dvec3() / voxel + number("start_offset") * normal;
             let off = ((beam.origin - grid.origin).as_dvec3() / voxel - origin).length();
             assert!(off < 1e-3, "the apex is {off} voxels off");
-            let tan_half = f64::from(0.5 * aperture_deg.to_radians()).tan();
+            let tan_half = half_angle.tan();
             let cosine = direction.dot(normal).max(0.0);
             let expected = march(
                 &chain,
@@ -230,7 +240,7 @@ fn samples_are_the_oracles() {
                 .largest()
                 / expected.radiance.largest();
             let (radiance, covered) = sum(&beam);
-            let own: DVec3 = (radiance + (1.0 - covered) * scene.environment.uniform()).as_dvec3();
+            let own: DVec3 = radiance.as_dvec3() + f64::from(1.0 - covered) * behind;
             println!(
                 "{axis:?}, {aperture_deg}°: {} samples, {difference:.1e} off",
                 beam.samples.len()
