@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Quat, Vec3};
 use lumivox::gi::prt::compress::{CompressSettings, Compressed};
-use lumivox::gi::prt::lattice::LatticeSettings;
+use lumivox::gi::prt::lattice::{LatticeSettings, NONE, Refine};
 use lumivox::gi::prt::light::project_sky;
 use lumivox::gi::prt::transfer::{Sampling, Transfer, TransferSettings};
 use lumivox::gi::shared::sh;
@@ -15,9 +15,22 @@ use super::reference::{add, lambert, quad, scene};
 use crate::support::Random;
 use crate::support::compare::Worst;
 
+/// That no cells are halved of.
+fn lattice(cell_m: f32, inset: f32) -> LatticeSettings {
+    LatticeSettings {
+        cell_m,
+        inset,
+        refine: Refine {
+            levels: 0,
+            difference: 0.1,
+            most_nodes: 1_000_000,
+        },
+    }
+}
+
 fn settings(cell_m: f32) -> TransferSettings {
     TransferSettings {
-        lattice: LatticeSettings { cell_m, inset: 0.1 },
+        lattice: lattice(cell_m, 0.1),
         order: 6,
         rays: 1024,
         sampling: Sampling::Cosine,
@@ -95,7 +108,7 @@ fn closed_rooms_are_dark_but_for_corners() {
     for cell_m in [1.0, 0.5] {
         let dark = worked_out(&scene, settings(cell_m));
         let corners = TransferSettings {
-            lattice: LatticeSettings { cell_m, inset: 0.0 },
+            lattice: lattice(cell_m, 0.0),
             invalid_share: 1.0,
             ..settings(cell_m)
         };
@@ -320,6 +333,92 @@ fn transfer_is_kept_on_disk() {
     assert!(fresh.irradiance.harmonics.is_some());
     assert!(kept(&scene, with) == fresh && kept(&scene, with) == fresh);
     assert_eq!(files(), 4);
+}
+
+/// Cells are halved where a wall hides the sky, and the light of the floor has no step where they
+/// are: along each edge both of its triangles have the same.
+#[test]
+fn halved_cells_leave_no_steps() {
+    let mut scene = floor(0.5);
+    scene.triangles.clear();
+    // Four by four squares, and a wall that stands on the middle.
+    for at in 0..16 {
+        let corner = Vec3::new(-2.0 + (at % 4) as f32, 0.0, 2.0 - (at / 4) as f32);
+        add(&mut scene, lambert(0.5), quad(corner, Vec3::X, -Vec3::Z));
+    }
+    let wall = quad(Vec3::new(-0.5, 0.0, 0.1), Vec3::X, Vec3::Y);
+    add(&mut scene, lambert(0.5), wall);
+    let with = |levels| TransferSettings {
+        lattice: LatticeSettings {
+            refine: Refine {
+                levels,
+                ..lattice(1.0, 0.1).refine
+            },
+            ..lattice(1.0, 0.1)
+        },
+        rays: 256,
+        bounces: 2,
+        ..settings(1.0)
+    };
+    let [plain, fine] = [0, 3].map(|levels| worked_out(&scene, with(levels)));
+    assert!(plain.lattice.hanging.is_empty() && !fine.lattice.hanging.is_empty());
+    let cells: Vec<u32> = fine.lattice.triangles.iter().map(|row| row.cells).collect();
+    assert!(
+        cells.contains(&2) && cells.iter().max() >= Some(&8),
+        "{cells:?}"
+    );
+    let light = |triangle: u32, at: [f32; 2]| -> Vec<f64> {
+        let around = fine.lattice.at(triangle, false, at).unwrap();
+        let mut sums = vec![0.0; 108];
+        for (point, share) in around {
+            let row = fine.irradiance.row(point as usize);
+            let pairs = sums.iter_mut().zip(&row);
+            pairs.for_each(|(sum, own)| *sum += f64::from(share) * f64::from(*own));
+        }
+        sums
+    };
+    // By the ends of each edge of the floor: its triangles, and which corners they have there.
+    let mut edges = std::collections::BTreeMap::<_, Vec<_>>::new();
+    for (number, triangle) in (0u32..).zip(&scene.triangles).take(32) {
+        let places = triangle.vertices.map(|vertex| {
+            scene.vertices[vertex as usize]
+                .position
+                .map(|x| (64.0 * x) as i32)
+        });
+        for (a, b) in [(0, 1), (1, 2), (2, 0)] {
+            let (a, b) = if places[a] < places[b] {
+                (a, b)
+            } else {
+                (b, a)
+            };
+            edges
+                .entry((places[a], places[b]))
+                .or_default()
+                .push((number, a, b));
+        }
+    }
+    let mut compared = 0;
+    for sides in edges.values().filter(|sides| sides.len() == 2) {
+        if sides
+            .iter()
+            .any(|(number, ..)| fine.lattice.triangles[*number as usize].first[0] == NONE)
+        {
+            continue;
+        }
+        for step in 0..=40 {
+            let [one, other] = [0, 1].map(|side| {
+                let (number, a, b) = sides[side];
+                let mut shares = [0.0f32; 3];
+                shares[a] += 1.0 - step as f32 / 40.0;
+                shares[b] += step as f32 / 40.0;
+                light(number, [shares[1], shares[2]])
+            });
+            let off = one.iter().zip(&other).map(|(a, b)| (a - b).abs()).worst();
+            assert!(off < 1e-4, "{sides:?} at {step}: {off}");
+            compared += 1;
+        }
+    }
+    assert!(compared > 500, "{compared}");
 }
 
 fn squared_off(rows: &[f32], stride: usize, compressed: &Compressed) -> f64 {

@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// prt.lobes_view: balls over the picture, each with the transfer of the point below its middle: from
-// each direction of the ball's surface, what light of that direction brings. One harmonic is added
-// at a time; prt.points has drawn what points have of it.
+// prt.lobes_view: balls over the picture, each with the transfer of the point below its middle: a
+// place of the ball's surface has what light from its direction brings. One harmonic is added at a
+// time; prt.points has drawn what points have of it.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 #include "shared/frame.glsl"

@@ -11,7 +11,7 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::fold;
-use super::lattice::Lattice;
+use super::lattice::{Hanging, Lattice};
 use super::lobes::Projector;
 use super::rays::{Rays, Sampling};
 use super::rows::Rows;
@@ -69,7 +69,8 @@ struct Shot {
 }
 
 impl<'s> Builder<'s> {
-    pub(super) fn new(scene: &'s Scene, settings: TransferSettings) -> Self {
+    /// `cells`: how many each triangle has along an edge.
+    pub(super) fn new(scene: &'s Scene, settings: TransferSettings, cells: &[u32]) -> Self {
         let surfaces = Surfaces::new(scene);
         let backs: Vec<bool> = (0..scene.triangles.len())
             .into_par_iter()
@@ -86,7 +87,9 @@ impl<'s> Builder<'s> {
         Builder {
             surfaces,
             settings,
-            lattice: Lattice::new(scene, settings.lattice, |triangle| backs[triangle]),
+            lattice: Lattice::new(scene, settings.lattice.inset, cells, |triangle| {
+                backs[triangle]
+            }),
             rays,
             projector,
             has_emission,
@@ -96,14 +99,12 @@ impl<'s> Builder<'s> {
     }
 
     /// That of the columns of analytic lights alone.
-    pub(super) fn of_lights(scene: &'s Scene, settings: TransferSettings) -> Self {
-        let mut builder = Builder::new(
-            scene,
-            TransferSettings {
-                order: 0,
-                ..settings
-            },
-        );
+    pub(super) fn of_lights(scene: &'s Scene, settings: TransferSettings, cells: &[u32]) -> Self {
+        let harmonics = TransferSettings {
+            order: 0,
+            ..settings
+        };
+        let mut builder = Builder::new(scene, harmonics, cells);
         builder.has_emission = false;
         builder.stride = 3 * builder.lights.len();
         builder
@@ -150,6 +151,8 @@ impl<'s> Builder<'s> {
         let neighbours = self.lattice.neighbours();
         let filled = fill(&mut last, self.stride, &is_valid, &neighbours);
         fill(&mut visibility, 1, &is_valid, &neighbours);
+        hang(&mut last, self.stride, &self.lattice.hanging);
+        hang(&mut visibility, 1, &self.lattice.hanging);
         let mut rows = last.clone();
         // What surfaces have that is reflected once more.
         let mut senders = vec![0.0; self.projector.as_ref().map_or(0, |_| last.len())];
@@ -181,6 +184,7 @@ impl<'s> Builder<'s> {
             next.iter().for_each(|row| last.extend(row));
             drop(next);
             fill(&mut last, self.stride, &is_valid, &neighbours);
+            hang(&mut last, self.stride, &self.lattice.hanging);
             rows.par_iter_mut()
                 .zip(&last)
                 .for_each(|(sum, more)| *sum += more);
@@ -590,6 +594,17 @@ fn add_products(sums: &mut [f32], factors: impl Iterator<Item = f32>, row: &[f32
         sums.iter_mut()
             .zip(row)
             .for_each(|(sum, own)| *sum += factor * own);
+    }
+}
+
+/// Gives points that hang on an edge what the coarser triangle has there.
+fn hang(rows: &mut [f32], stride: usize, hanging: &[Hanging]) {
+    for own in hanging {
+        for at in 0..stride {
+            let of = |point: u32| rows[point as usize * stride + at];
+            let [a, b] = own.between.map(of);
+            rows[own.point as usize * stride + at] = a + own.share * (b - a);
+        }
     }
 }
 

@@ -48,6 +48,7 @@ pub(super) fn read(path: &Path) -> Option<Transfer> {
             points: take(&mut rest)?,
             nodes: take(&mut rest)?,
             triangles: take(&mut rest)?,
+            hanging: take(&mut rest)?,
         },
         order,
         filled,
@@ -124,6 +125,7 @@ pub(super) fn write(path: &Path, transfer: &Transfer) -> Result<(), Box<dyn std:
     put(&mut content, &lattice.points);
     put(&mut content, &lattice.nodes);
     put(&mut content, &lattice.triangles);
+    put(&mut content, &lattice.hanging);
     put(&mut content, visibility);
     put(&mut content, folded);
     put_rows(&mut content, irradiance);

@@ -51,6 +51,20 @@ pub struct Lattice {
     pub nodes: Vec<u32>,
     /// A row a triangle.
     pub triangles: Vec<TriangleNodes>,
+    /// In the order of points.
+    pub hanging: Vec<Hanging>,
+}
+
+/// A point on an edge that a coarser triangle shares: it has what the coarser one has there.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct Hanging {
+    /// The point.
+    pub point: u32,
+    /// The points on both sides of it that the coarser triangle has.
+    pub between: [u32; 2],
+    /// The share of the second.
+    pub share: f32,
 }
 
 /// How a lattice is made.
@@ -60,6 +74,19 @@ pub struct LatticeSettings {
     pub cell_m: f32,
     /// Which part of the way points move to the mean centroid of their cells.
     pub inset: f32,
+    /// How finer cells are made where light differs.
+    pub refine: Refine,
+}
+
+/// Where cells are halved: in triangles whose points differ in what light they get.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Refine {
+    /// Times that cells may be halved.
+    pub levels: u32,
+    /// The largest difference within a cell, as part of what a point in the open gets.
+    pub difference: f32,
+    /// No more are halved where there would be more nodes than these.
+    pub most_nodes: u64,
 }
 
 /// Nodes of a triangle that is cut into `cells`² cells.
@@ -72,8 +99,8 @@ pub(super) fn node(cells: u32, i: u32, j: u32) -> u32 {
     j * (2 * cells + 3 - j) / 2 + i
 }
 
-/// Cells along an edge of each triangle; 0 where it has no area.
-fn cells_of(scene: &Scene, cell_m: f32) -> impl Iterator<Item = u32> + '_ {
+/// Cells along an edge of each triangle, before any are halved; 0 where it has no area.
+pub(super) fn cells_of(scene: &Scene, cell_m: f32) -> impl Iterator<Item = u32> + '_ {
     (0..scene.triangles.len()).map(move |triangle| {
         let [a, b, c] = corners(scene, &scene.triangles[triangle]);
         if (b - a).cross(c - a).length_squared() == 0.0 {
@@ -86,11 +113,18 @@ fn cells_of(scene: &Scene, cell_m: f32) -> impl Iterator<Item = u32> + '_ {
 
 /// Nodes of all triangles, one side, before any are one point.
 pub(super) fn count_nodes(scene: &Scene, cell_m: f32) -> u64 {
-    cells_of(scene, cell_m)
-        .filter(|cells| *cells > 0)
-        .map(|cells| u64::from(node_count(cells)))
-        .sum()
+    let cells: Vec<u32> = cells_of(scene, cell_m).collect();
+    nodes_of(&cells)
 }
+
+/// The same of triangles that have so many cells along an edge.
+pub(super) fn nodes_of(cells: &[u32]) -> u64 {
+    let own = cells.iter().filter(|cells| **cells > 0);
+    own.map(|cells| u64::from(node_count(*cells))).sum()
+}
+
+/// A place of the lattice: position and shading normal, as bits.
+type Place = [u32; 6];
 
 /// Sums over the cells at a point.
 #[derive(Default)]
@@ -101,16 +135,18 @@ struct Around {
 }
 
 impl Lattice {
-    /// Cuts all triangles. `has_back` says of a triangle whether its back is seen.
+    /// Cuts all triangles, each into so many cells along an edge. `has_back` says of a triangle
+    /// whether its back is seen.
     pub(super) fn new(
         scene: &Scene,
-        settings: LatticeSettings,
+        inset: f32,
+        cells: &[u32],
         has_back: impl Fn(usize) -> bool,
     ) -> Self {
         let mut lattice = Lattice::default();
         let mut around: Vec<Around> = Vec::new();
-        let mut known: HashMap<[u32; 6], u32> = HashMap::new();
-        for (triangle, cells) in cells_of(scene, settings.cell_m).enumerate() {
+        let mut known: HashMap<Place, u32> = HashMap::new();
+        for (triangle, &cells) in cells.iter().enumerate() {
             let mut row = TriangleNodes {
                 first: [NONE; 2],
                 cells: cells.max(1),
@@ -130,8 +166,9 @@ impl Lattice {
             // Along the surface: off a bent one the centroid would be inside the body.
             let centroid = around.centroids / f64::from(around.cells.max(1));
             let way = (centroid - point.position.as_dvec3()).reject_from_normalized(mean);
-            point.position += (f64::from(settings.inset) * way).as_vec3();
+            point.position += (f64::from(inset) * way).as_vec3();
         }
+        lattice.hanging = lattice.find_hanging();
         lattice
     }
 
@@ -141,7 +178,7 @@ impl Lattice {
         (triangle, is_back): (usize, bool),
         cells: u32,
         around: &mut Vec<Around>,
-        known: &mut HashMap<[u32; 6], u32>,
+        known: &mut HashMap<Place, u32>,
     ) {
         let vertices = scene.triangles[triangle].vertices;
         let positions = corners(scene, &scene.triangles[triangle]);
@@ -209,6 +246,55 @@ impl Lattice {
         Some(corners.map(|(i, j, share)| (self.nodes[(first + node(cells, i, j)) as usize], share)))
     }
 
+    /// Points on edges between two others of the edge, where a triangle that shares it has those
+    /// two alone: cells are halved there, so its points are among those of the finer one.
+    fn find_hanging(&self) -> Vec<Hanging> {
+        let mut edges: HashMap<[u32; 2], u32> = HashMap::new();
+        let sides = || {
+            self.triangles.iter().flat_map(|row| {
+                let first = row.first.into_iter().filter(|first| *first != NONE);
+                first.map(|first| (row.cells, first))
+            })
+        };
+        for (cells, first) in sides() {
+            for edge in self.edges(cells, first) {
+                let coarsest = edges.entry(key_of(&edge)).or_insert(cells);
+                *coarsest = cells.min(*coarsest);
+            }
+        }
+        let mut found: Vec<Hanging> = Vec::new();
+        for (cells, first) in sides() {
+            for edge in self.edges(cells, first) {
+                let coarsest = edges[&key_of(&edge)];
+                if coarsest == cells || !cells.is_multiple_of(coarsest) {
+                    continue;
+                }
+                let step = (cells / coarsest) as usize;
+                for (at, point) in edge.iter().enumerate().filter(|(at, _)| at % step != 0) {
+                    let low = at / step * step;
+                    found.push(Hanging {
+                        point: *point,
+                        between: [edge[low], edge[low + step]],
+                        share: (at - low) as f32 / step as f32,
+                    });
+                }
+            }
+        }
+        found.sort_by_key(|hanging| hanging.point);
+        found.dedup_by_key(|hanging| hanging.point);
+        found
+    }
+
+    /// The points along each edge of a side of a triangle.
+    fn edges(&self, cells: u32, first: u32) -> [Vec<u32>; 3] {
+        let at = |i, j| self.nodes[(first + node(cells, i, j)) as usize];
+        [
+            (0..=cells).map(|i| at(i, 0)).collect(),
+            (0..=cells).map(|j| at(0, j)).collect(),
+            (0..=cells).map(|i| at(i, cells - i)).collect(),
+        ]
+    }
+
     /// The points that share a cell with each, in the order of their numbers.
     pub(super) fn neighbours(&self) -> Vec<Vec<u32>> {
         let mut all = vec![Vec::new(); self.points.len()];
@@ -237,6 +323,12 @@ impl Lattice {
         }
         all
     }
+}
+
+/// What an edge is known by: the points at its ends.
+fn key_of(edge: &[u32]) -> [u32; 2] {
+    let ends = [edge[0], edge[edge.len() - 1]];
+    [ends[0].min(ends[1]), ends[0].max(ends[1])]
 }
 
 /// Interpolated by whole shares. Along an edge both of its triangles get the same, bit by bit.

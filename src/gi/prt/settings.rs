@@ -1,7 +1,7 @@
 //! Settings, presets and rules.
 
 use super::compress::CompressSettings;
-use super::lattice::LatticeSettings;
+use super::lattice::{LatticeSettings, Refine};
 use super::lobes::{LobeSettings, Projection};
 use super::transfer::{Sampling, TransferSettings};
 use crate::gi::settings::{Domain, Group, Preset, Rule, Setting, Settings};
@@ -30,6 +30,23 @@ pub(super) const SETTINGS: &[Setting] = &[
                at 0, as published, corners of a room see outside",
         unit: "",
         domain: Domain::Number { min: 0.0, max: 0.9 },
+        default: "0.1",
+    },
+    Setting {
+        name: "refine",
+        help: "times that cells are halved where the light of the sky differs within one",
+        unit: "",
+        domain: Domain::Count { min: 0, max: 5 },
+        default: "0",
+    },
+    Setting {
+        name: "refine_difference",
+        help: "the largest difference within a cell, as part of what a surface in the open gets",
+        unit: "",
+        domain: Domain::Number {
+            min: 0.01,
+            max: 1.0,
+        },
         default: "0.1",
     },
     Setting {
@@ -235,6 +252,7 @@ pub(super) const RULES: &[Rule] = &[
         &[
             "cells",
             "inset",
+            "refine",
             "invalid_share",
             "sides",
             "points_max",
@@ -242,6 +260,11 @@ pub(super) const RULES: &[Rule] = &[
             "compress",
         ],
     ),
+    Rule {
+        group: Group::Structure,
+        settings: &["refine_difference"],
+        applies: |settings| settings.count("refine") > 0,
+    },
     Rule {
         group: Group::Structure,
         settings: &["clusters"],
@@ -286,6 +309,11 @@ pub fn transfer_settings(settings: &Settings, scene: &GpuScene) -> TransferSetti
         lattice: LatticeSettings {
             cell_m: extent_m / settings.count("cells") as f32,
             inset: settings.number("inset"),
+            refine: Refine {
+                levels: settings.count("refine"),
+                difference: settings.number("refine_difference"),
+                most_nodes: settings.count("points_max").into(),
+            },
         },
         order: settings.count("order"),
         rays: settings.count("transfer_rays"),

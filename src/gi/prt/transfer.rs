@@ -5,17 +5,20 @@
 //! harmonics of the environment, then columns of emission and of each analytic light. No albedo of
 //! the receiver is in it.
 
+use std::f32::consts::PI;
 use std::path::Path;
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::build::Builder;
 use super::cache;
 use super::compress::CompressSettings;
-use super::lattice::{Lattice, LatticeSettings};
+use super::lattice::{self, Lattice, LatticeSettings};
 use super::lobes::LobeSettings;
 pub use super::rays::Sampling;
 use super::rows::Rows;
+use crate::gi::shared::sh;
 use crate::scene::{Light, Scene};
 
 /// What is being done, and its progress of 0 to 1, told from any thread.
@@ -69,7 +72,8 @@ pub struct Transfer {
 impl Transfer {
     /// Works out the transfer of a scene.
     pub fn new(scene: &Scene, settings: TransferSettings, progress: Progress<'_>) -> Self {
-        Builder::new(scene, settings).build(progress)
+        let cells = refined_cells(scene, settings, progress);
+        Builder::new(scene, settings, &cells).build(progress)
     }
 
     /// That of a file in a folder or, where there is none, worked out and kept there.
@@ -99,6 +103,36 @@ impl Transfer {
         transfer
     }
 
+    /// Whether transfer differs so much within a cell of a triangle: the length of what differs, of
+    /// all harmonics, as part of that of a surface in the open.
+    fn differs(&self, triangle: usize, most: f32) -> bool {
+        let row = &self.lattice.triangles[triangle];
+        let own = 3 * (self.order * self.order) as usize;
+        let open: f32 = sh::clamped_cosine(self.order as usize)
+            .iter()
+            .zip(0u32..)
+            .map(|(factor, l)| (*factor as f32).powi(2) * (2 * l + 1) as f32 / (4.0 * PI))
+            .sum();
+        let is_far = |a: u32, b: u32| {
+            let [a, b] = [a, b].map(|point| &self.irradiance.plain[point as usize * own..][..own]);
+            let pairs = a.iter().zip(b).step_by(3);
+            pairs.map(|(a, b)| (a - b).powi(2)).sum::<f32>() > most * most * open
+        };
+        let sides = row
+            .first
+            .into_iter()
+            .filter(|first| *first != lattice::NONE);
+        sides.into_iter().any(|first| {
+            let at = |i, j| self.lattice.nodes[(first + lattice::node(row.cells, i, j)) as usize];
+            (0..row.cells).any(|j| {
+                (0..row.cells - j).any(|i| {
+                    let [a, b, c] = [at(i, j), at(i + 1, j), at(i, j + 1)];
+                    is_far(a, b) || is_far(b, c) || is_far(c, a)
+                })
+            })
+        })
+    }
+
     /// Works out the columns of some lights anew, by their places among the scene's lights.
     pub fn move_lights(
         &mut self,
@@ -109,7 +143,8 @@ impl Transfer {
     ) {
         let mut alone = scene.clone();
         alone.lights = moved.iter().map(|at| scene.lights[*at]).collect();
-        let fresh = Builder::of_lights(&alone, settings).build(progress);
+        let cells: Vec<u32> = self.lattice.triangles.iter().map(|row| row.cells).collect();
+        let fresh = Builder::of_lights(&alone, settings, &cells).build(progress);
         let first = self.irradiance.functions as usize - scene.lights.len();
         let moved: Vec<usize> = moved.iter().map(|at| first + at).collect();
         self.irradiance.set_columns(&moved, &fresh.irradiance);
@@ -117,6 +152,41 @@ impl Transfer {
             own.set_columns(&moved, fresh);
         }
     }
+}
+
+/// Cells along an edge of each triangle: halved again and again where the light of the sky itself
+/// differs within a cell. The points of each step are those of the step before, and more.
+fn refined_cells(scene: &Scene, settings: TransferSettings, progress: Progress<'_>) -> Vec<u32> {
+    let LatticeSettings { cell_m, refine, .. } = settings.lattice;
+    let mut cells: Vec<u32> = lattice::cells_of(scene, cell_m).collect();
+    let sky_alone = TransferSettings {
+        bounces: 1,
+        has_lights: false,
+        compress: None,
+        lobes: None,
+        ..settings
+    };
+    for _ in 0..refine.levels {
+        let found = Builder::new(scene, sky_alone, &cells).build(progress);
+        let is_coarse = |triangle: &usize| found.differs(*triangle, refine.difference);
+        let coarse: Vec<usize> = (0..cells.len()).into_par_iter().filter(is_coarse).collect();
+        let mut finer = cells.clone();
+        coarse.iter().for_each(|triangle| finer[*triangle] *= 2);
+        let nodes = lattice::nodes_of(&finer);
+        if nodes > refine.most_nodes {
+            log::warn!(
+                "prt: cells are not halved once more: there would be {nodes} nodes, more than \
+                 points_max={}",
+                refine.most_nodes
+            );
+            break;
+        }
+        if coarse.is_empty() {
+            break;
+        }
+        cells = finer;
+    }
+    cells
 }
 
 /// A light of intensity, or irradiance, 1.
