@@ -143,7 +143,7 @@ fn combinations() -> Vec<(Case, Vec<(&'static str, &'static str)>)> {
     let reflected = reflected.map(|case| (case, PREFILTERED.to_vec()));
     let windowed = default_cases().into_iter();
     let windowed = windowed.filter(|case| has(case, "window_width"));
-    let windowed = windowed.map(|case| (case, vec![("window", "hann")]));
+    let windowed = windowed.map(|case| (case, vec![("window", "hann"), ("refine", "1")]));
     let shared = default_cases().into_iter();
     let shared = shared.flat_map(|case| SHARED.map(|pairs| (case, pairs.to_vec())));
     (presets.chain(more).chain(streams).chain(bounces))
