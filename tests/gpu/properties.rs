@@ -57,7 +57,7 @@ fn triples() -> impl Strategy<Value = (Case, Vec<(&'static str, String)>)> {
                 .iter()
                 .copied()
                 .flatten()
-                .filter(|setting| !["resolution", "probes"].contains(&setting.name))
+                .filter(|setting| !SMALL.contains(&setting.name))
                 .collect();
             let pair = |(setting, place, share): &(Index, Index, u16)| {
                 let setting = *setting.get(&settings);
@@ -69,6 +69,9 @@ fn triples() -> impl Strategy<Value = (Case, Vec<(&'static str, String)>)> {
             (case, pairs)
         })
 }
+
+/// Settings that make a build large; they are as small as can be.
+const SMALL: [&str; 4] = ["resolution", "probes", "cells", "refine"];
 
 /// How many of a technique's settings a message names.
 fn named(case: &Case, message: &str) -> usize {
@@ -97,7 +100,11 @@ fn settings_that_are_legal_together_give_sound_light() {
     let lights = small_lights().map(|(_, light)| light);
     let strategy = (triples(), any::<Index>(), 0usize..4);
     let tried = TestRunner::new(config).run(&strategy, |((case, pairs), surfaces, light)| {
-        let mut all = vec![("resolution", case.smallest_resolution()), ("probes", "4")];
+        let mut all = vec![
+            ("resolution", case.smallest_resolution()),
+            ("probes", "4"),
+            ("cells", "4"),
+        ];
         all.retain(|(name, _)| case.has(name));
         all.extend(pairs.iter().map(|(name, value)| (*name, value.as_str())));
         let what = format!("{} {all:?}", case.name());

@@ -77,7 +77,7 @@ fn every_two_choices_of_settings_are_silent() {
             .flatten()
             .filter(|setting| {
                 !setting.name.ends_with("resolution")
-                    && !["probes", "points_max", "cells"].contains(&setting.name)
+                    && !["probes", "points_max", "cells", "refine"].contains(&setting.name)
             })
             .collect();
         let values: Vec<Vec<String>> = settings

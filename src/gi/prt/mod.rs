@@ -199,28 +199,54 @@ impl Prt {
         Ok(FrameStats::of_host(BUILD, begin))
     }
 
+    /// Points that are wanted, and whose matrices one buffer and the host's memory hold.
+    fn most_points(&self, gpu: &Gpu) -> u64 {
+        /// Of matrices that are not compressed.
+        const MOST_BYTES: u64 = 4 << 30;
+        let Some(lobes) = self.transfer.lobes else {
+            return self.points_max;
+        };
+        let outputs = u64::from(lobes.order * lobes.order);
+        let harmonics = u64::from(self.transfer.order * self.transfer.order);
+        let in_buffer = gpu.limits().storage_buffer_bytes / (16 * outputs);
+        let in_memory = match self.transfer.compress {
+            Some(_) => u64::MAX,
+            None => MOST_BYTES / (12 * outputs * harmonics),
+        };
+        self.points_max.min(in_buffer).min(in_memory)
+    }
+
     /// More points than are wanted are an error, before anything is worked out.
-    fn check_count(&self, scene: &GpuScene) -> Result<(), Error> {
+    fn check_count(&self, gpu: &Gpu, scene: &GpuScene) -> Result<(), Error> {
+        let most = self.most_points(gpu);
         let cell_m = self.transfer.lattice.cell_m;
         let count = |cell_m| lattice::count_nodes(&scene.host, cell_m);
         let nodes = count(cell_m);
-        if nodes <= self.points_max {
+        if nodes <= most {
             return Ok(());
         }
         let (low, high) = scene.bounds;
         let extent_m = (high - low).max_element();
         let mut cells = (extent_m / cell_m).round() as u32;
-        while cells > 1 && count(extent_m / cells as f32) > self.points_max {
+        while cells > 1 && count(extent_m / cells as f32) > most {
             cells = (0.9 * cells as f32) as u32;
         }
-        let fits = count(extent_m / cells as f32) <= self.points_max;
+        let fits = count(extent_m / cells as f32) <= most;
         Err(Error::Unsuited {
             technique: ENTRY.name,
             problem: format!(
-                "the lattice has {nodes} nodes, more than points_max={}",
-                self.points_max
+                "the lattice has {nodes} nodes, more than {}",
+                match most < self.points_max {
+                    true => format!(
+                        "{most}, of as many as the memory of transfer=matrix holds (points_max={})",
+                        self.points_max
+                    ),
+                    false => format!("points_max={most}"),
+                }
             ),
-            hint: if fits {
+            hint: if most < self.points_max && self.transfer.compress.is_none() {
+                "`compress=cpca` holds more, and larger cells need less".to_owned()
+            } else if fits {
                 format!("`cells={cells}` fits, or a larger `points_max`")
             } else {
                 format!(
@@ -288,7 +314,7 @@ impl Technique for Prt {
 
     fn build(&mut self, &Context { gpu, scene, .. }: &Context<'_>) -> Result<FrameStats, Error> {
         self.built = None;
-        self.check_count(scene)?;
+        self.check_count(gpu, scene)?;
         let begin = std::time::Instant::now();
         let host = lit_scene(scene);
         let progress = |what, share| gpu.tell(what, share);

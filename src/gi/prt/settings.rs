@@ -36,7 +36,7 @@ pub(super) const SETTINGS: &[Setting] = &[
         name: "refine",
         help: "times that cells are halved where the light of the sky differs within one",
         unit: "",
-        domain: Domain::Count { min: 0, max: 5 },
+        domain: Domain::Count { min: 0, max: 3 },
         default: "0",
     },
     Setting {
