@@ -4,13 +4,14 @@
 //! - Round k (P2): Tᵏ_i = 1/π ∫ (1 − V) ρ(q) Tᵏ⁻¹_i(q) max(n·s, 0) ds, at what rays hit. In round 1
 //!   analytic lights shine on what they hit.
 
-use std::collections::VecDeque;
+mod fill;
+mod lobes;
+
 use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::fold;
 use super::lattice::{Hanging, Lattice};
 use super::lobes::Projector;
 use super::rays::{Rays, Sampling};
@@ -20,6 +21,7 @@ use crate::gi::shared::sh::Rotation;
 use crate::scene::rays::{Hit, NO_TRIANGLE, Ray};
 use crate::scene::surfaces::Surfaces;
 use crate::scene::{Light, Scene};
+use fill::{fill, hang, stand_ins};
 
 /// What a ray met.
 #[derive(Clone, Copy)]
@@ -44,7 +46,6 @@ const MOST_KEPT_BYTES: usize = 2 << 30;
 /// What the progress is called.
 const TOLD: &str = "transfer";
 const TOLD_CLUSTERS: &str = "clusters of transfer";
-const TOLD_LOBES: &str = "transfer to lobes";
 /// Rays by which the back of a triangle is looked at, from each of four places.
 const BACK_RAYS: u32 = 16;
 
@@ -221,39 +222,6 @@ impl<'s> Builder<'s> {
         Rows::collect(counts, compress, row)
     }
 
-    /// Which light comes to points from where; those that are not valid have that of another.
-    fn lobes(
-        &self,
-        projector: &Projector,
-        (kept, stand_ins, senders): (Option<&[Met]>, &[u32], &[f32]),
-        progress: Progress<'_>,
-    ) -> Rows {
-        let ray_count = self.settings.rays as usize;
-        let done = std::sync::atomic::AtomicUsize::new(0);
-        let row = |point: usize| {
-            let number = stand_ins[point] as usize;
-            let row = match kept {
-                Some(kept) => {
-                    let hits = &kept[number * ray_count..][..ray_count];
-                    self.lobe(projector, number, hits, senders)
-                }
-                None => {
-                    let mut hits = vec![NOTHING; ray_count];
-                    self.cast(number, &mut hits);
-                    self.lobe(projector, number, &hits, senders)
-                }
-            };
-            let count = 1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-            if count.is_multiple_of(64) {
-                progress(TOLD_LOBES, (count as f32 / stand_ins.len() as f32).min(1.0));
-            }
-            row
-        };
-        let rows = self.collect(projector.count(), row);
-        progress(TOLD_LOBES, 1.0);
-        rows
-    }
-
     /// The first number of a row that a round reflects: in the last one lights alone remain.
     fn first_reflected(&self, round: u32) -> usize {
         match round < self.settings.bounces {
@@ -337,35 +305,6 @@ impl<'s> Builder<'s> {
         }
     }
 
-    /// What bands of a sky above the kept ones bring these, by points that are spread evenly.
-    fn folded(&self, kept: Option<&[Met]>, is_valid: &[bool]) -> Vec<f32> {
-        if self.settings.order == 0 {
-            return Vec::new();
-        }
-        let valid: Vec<usize> = (0..is_valid.len()).filter(|at| is_valid[*at]).collect();
-        let count = valid.len().min(fold::MOST_LEARNT);
-        let rays = Rays::new(
-            self.settings.sampling,
-            self.settings.rays,
-            fold::BANDS as u32,
-        );
-        let ray_count = rays.directions.len();
-        let learnt = (0..count).into_par_iter().map(|at| {
-            let number = valid[at * valid.len() / count];
-            match kept {
-                Some(kept) => {
-                    self.open_row(&rays, number, &kept[number * ray_count..][..ray_count])
-                }
-                None => {
-                    let mut hits = vec![NOTHING; ray_count];
-                    self.cast(number, &mut hits);
-                    self.open_row(&rays, number, &hits)
-                }
-            }
-        });
-        fold::learn(self.settings.order, &learnt.collect::<Vec<_>>())
-    }
-
     /// The transfer of the sky itself to a point, by the harmonics of a set of rays.
     fn open_row(&self, rays: &Rays, number: usize, hits: &[Met]) -> Vec<f64> {
         let point = &self.lattice.points[number];
@@ -398,80 +337,6 @@ impl<'s> Builder<'s> {
             true => Vec3::ZERO,
             false => self.surfaces.emission(material, &self.surfaces.place(hit)),
         }
-    }
-
-    /// The matrix of a point: coefficients of the radiance above it, for each function of light.
-    fn lobe(
-        &self,
-        projector: &Projector,
-        number: usize,
-        hits: &[Met],
-        senders: &[f32],
-    ) -> Vec<f32> {
-        let point = &self.lattice.points[number];
-        let frame = self.rays.frame_of(number, point);
-        let first_light = self.stride - 3 * self.lights.len();
-        let harmonics = self.rays.functions;
-        // Of the sky, in the frame of the rays, and of what else they meet.
-        let mut open = vec![0.0f32; projector.count() * harmonics];
-        let mut met_sums = vec![0.0f32; projector.count() * self.stride];
-        let mut light = vec![0.0f32; self.stride];
-        for (ray, (met, direction)) in hits.iter().zip(self.directions(number)).enumerate() {
-            let Some(direction) = direction else { continue };
-            let weight = self.rays.weight(direction, point);
-            let weights = projector.weights(ray, direction.dot(point.normal));
-            let weights = weights.map(|own| weight * own);
-            if met.triangle == NO_TRIANGLE {
-                let basis = &self.rays.basis[ray * harmonics..][..harmonics];
-                add_products(&mut open, weights, basis);
-                continue;
-            }
-            light.fill(0.0);
-            let reflected = Vec3::from(met.albedo.map(f32::from)) / 65_535.0 / PI;
-            let Vec2 { x: u, y: v } = place_of(*met);
-            let around = self.lattice.at(met.triangle, met.is_back, [u, v]);
-            for (other, share) in around.into_iter().flatten() {
-                let factors = (share * reflected).to_array();
-                let other = &senders[other as usize * self.stride..][..self.stride];
-                for (sum, value) in light.chunks_exact_mut(3).zip(other.chunks_exact(3)) {
-                    for channel in 0..3 {
-                        sum[channel] += factors[channel] * value[channel];
-                    }
-                }
-            }
-            if self.has_emission && !met.is_back {
-                let emission = self.emission(*met).to_array();
-                let column = &mut light[3 * harmonics..][..3];
-                column
-                    .iter_mut()
-                    .zip(emission)
-                    .for_each(|(sum, own)| *sum += own);
-            }
-            if !self.lights.is_empty() {
-                let columns = light[first_light..].chunks_exact_mut(3);
-                for (sum, irradiance) in columns.zip(self.lights_at(*met, direction)) {
-                    for channel in 0..3 {
-                        sum[channel] += reflected[channel] * irradiance;
-                    }
-                }
-            }
-            add_products(&mut met_sums, weights, &light);
-        }
-        let rotation = match self.settings.sampling {
-            Sampling::Cosine => Some(Rotation::new(self.settings.order as usize, frame)),
-            Sampling::Sphere => None,
-        };
-        let open = open.chunks_exact(harmonics.max(1));
-        for (sums, open) in met_sums.chunks_exact_mut(self.stride).zip(open) {
-            let open: Vec<f64> = open.iter().map(|sum| f64::from(*sum)).collect();
-            let open = rotation
-                .as_ref()
-                .map_or(open.clone(), |turn| turn.apply(&open));
-            for (sum, open) in sums.chunks_exact_mut(3).zip(open) {
-                sum.iter_mut().for_each(|sum| *sum += open as f32);
-            }
-        }
-        projector.solve(&met_sums, self.stride, (point, frame))
     }
 
     /// What a point gets in a round of what surfaces had in the round before.
@@ -595,76 +460,4 @@ fn add_products(sums: &mut [f32], factors: impl Iterator<Item = f32>, row: &[f32
             .zip(row)
             .for_each(|(sum, own)| *sum += factor * own);
     }
-}
-
-/// Gives points that hang on an edge what the coarser triangle has there.
-fn hang(rows: &mut [f32], stride: usize, hanging: &[Hanging]) {
-    for own in hanging {
-        for at in 0..stride {
-            let of = |point: u32| rows[point as usize * stride + at];
-            let [a, b] = own.between.map(of);
-            rows[own.point as usize * stride + at] = a + own.share * (b - a);
-        }
-    }
-}
-
-/// For each point a valid one: itself, or one of the nearest along the lattice. Those that no valid
-/// one is near stand for themselves.
-fn stand_ins(is_valid: &[bool], neighbours: &[Vec<u32>]) -> Vec<u32> {
-    let mut found: Vec<u32> = (0..is_valid.len() as u32).collect();
-    let mut is_known = is_valid.to_vec();
-    let mut queue: VecDeque<u32> = found.clone().into();
-    queue.retain(|point| is_valid[*point as usize]);
-    while let Some(point) = queue.pop_front() {
-        for other in &neighbours[point as usize] {
-            if !std::mem::replace(&mut is_known[*other as usize], true) {
-                found[*other as usize] = found[point as usize];
-                queue.push_back(*other);
-            }
-        }
-    }
-    found
-}
-
-/// Gives points that are not valid the mean of their neighbours, ring by ring; returns how many.
-/// Those that no valid one is near keep what they have.
-fn fill(rows: &mut [f32], stride: usize, is_valid: &[bool], neighbours: &[Vec<u32>]) -> u32 {
-    let mut is_known = is_valid.to_vec();
-    let beside = |known: &[u32], is_known: &[bool]| {
-        let near = known.iter().flat_map(|point| &neighbours[*point as usize]);
-        let mut ring: Vec<u32> = near
-            .copied()
-            .filter(|point| !is_known[*point as usize])
-            .collect();
-        ring.sort_unstable();
-        ring.dedup();
-        ring
-    };
-    let valid: Vec<u32> = (0..is_valid.len() as u32)
-        .filter(|point| is_valid[*point as usize])
-        .collect();
-    let mut ring = beside(&valid, &is_known);
-    let mut count = 0;
-    while !ring.is_empty() {
-        let mean = |point: &u32| {
-            let known =
-                (neighbours[*point as usize].iter()).filter(|other| is_known[**other as usize]);
-            let (mut sum, mut all) = (vec![0.0f32; stride], 0.0);
-            for other in known {
-                let other = &rows[*other as usize * stride..][..stride];
-                sum.iter_mut().zip(other).for_each(|(sum, own)| *sum += own);
-                all += 1.0;
-            }
-            sum.iter_mut().for_each(|sum| *sum /= all);
-            sum
-        };
-        let means: Vec<Vec<f32>> = ring.iter().map(mean).collect();
-        for (point, mean) in ring.iter().zip(means) {
-            rows[*point as usize * stride..][..stride].copy_from_slice(&mean);
-            is_known[*point as usize] = true;
-        }
-        count += ring.len() as u32;
-        ring = beside(&ring, &is_known);
-    }
-    count
 }
