@@ -68,6 +68,18 @@ fn room(roughness: f32, has_sun: bool) -> Scene {
     scene
 }
 
+fn reference_of(scene: &Scene, bounces: u32) -> reference::ReferenceImage {
+    let settings = reference::Settings {
+        width: SIZE[0],
+        height: SIZE[1],
+        bounces: Bounces::Count(bounces),
+        filter: Filter::Center,
+        sampling: Sampling::Fixed { spp: 256 },
+        seed: 3,
+    };
+    reference::render(scene, &settings, &|_| {}).unwrap()
+}
+
 /// Of a mirror image: five bands hold lobes of roughness .7, and of .5 under a smooth sky.
 #[test]
 fn rough_mirrors_are_the_references() {
@@ -76,15 +88,7 @@ fn rough_mirrors_are_the_references() {
     let case = all.find(|case| case.name() == "prt.glossy").unwrap();
     for (roughness, has_sun, most) in [(0.7, false, 0.03), (0.7, true, 0.16), (0.5, false, 0.12)] {
         let scene = room(roughness, has_sun);
-        let settings = reference::Settings {
-            width: SIZE[0],
-            height: SIZE[1],
-            bounces: Bounces::Count(2),
-            filter: Filter::Center,
-            sampling: Sampling::Fixed { spp: 256 },
-            seed: 3,
-        };
-        let expected = reference::render(&scene, &settings, &|_| {}).unwrap();
+        let expected = reference_of(&scene, 2);
         for (order, compress) in [("5", "none"), ("5", "cpca"), ("6", "none")] {
             let pairs = [
                 ("bounces", "2"),
@@ -116,15 +120,7 @@ fn normal_maps_bend_the_light() {
     let case = all.find(|case| case.name() == "prt.glossy").unwrap();
     let mut scene = small_room(Surfaces::Bumped, Vec::new());
     scene.environment = sky(false).into();
-    let settings = reference::Settings {
-        width: SIZE[0],
-        height: SIZE[1],
-        bounces: Bounces::Count(3),
-        filter: Filter::Center,
-        sampling: Sampling::Fixed { spp: 256 },
-        seed: 3,
-    };
-    let expected = reference::render(&scene, &settings, &|_| {}).unwrap();
+    let expected = reference_of(&scene, 3);
     let bumped = scene
         .materials
         .iter()

@@ -8,6 +8,7 @@ use super::lobes::{self, LobeSettings};
 use super::points::Points;
 use super::seen::{Seen, drawn, target};
 use crate::gi::Inputs;
+use crate::graph::pass::join;
 use crate::graph::{
     Access, Binding, Buffer, Error, Frame, Gpu, Image, ImageUsage, Owner, Pass, PassBuilder, Sets,
     Shaders, vk,
@@ -27,22 +28,29 @@ pub static CELLS: Pass = drawn(
     &[],
 );
 
+/// What passes bind that read the radiance above points (`gi/prt/lobes.glsl`).
+const BINDINGS: [Binding; 8] = [
+    Binding::buffer("triangle_nodes", Access::ComputeRead),
+    Binding::buffer("node_points", Access::ComputeRead),
+    Binding::sampled("cells", Access::ComputeSampled),
+    Binding::buffer("point_lobes", Access::ComputeRead),
+    Binding::buffer("point_frames", Access::ComputeRead),
+    Binding::buffer("lobe_table", Access::ComputeRead),
+    Binding::sampled("view_depth", Access::ComputeSampled),
+    Binding::sampled("normals", Access::ComputeSampled),
+];
+
 /// What glossy surfaces mirror. A thread a pixel.
 pub static GATHER_GLOSSY: Pass = Pass {
     name: "prt.gather_glossy",
     shaders: Shaders::Compute("gi/prt/gather_glossy.comp"),
-    bindings: &[
-        Binding::buffer("triangle_nodes", Access::ComputeRead),
-        Binding::buffer("node_points", Access::ComputeRead),
-        Binding::sampled("cells", Access::ComputeSampled),
-        Binding::buffer("point_lobes", Access::ComputeRead),
-        Binding::buffer("point_frames", Access::ComputeRead),
-        Binding::buffer("lobe_table", Access::ComputeRead),
-        Binding::sampled("view_depth", Access::ComputeSampled),
-        Binding::sampled("normals", Access::ComputeSampled),
-        Binding::sampled("specular", Access::ComputeSampled),
-        Binding::image("indirect_specular", Access::ComputeWrite),
-    ],
+    bindings: &join::<_, 8, 2, 10>(
+        BINDINGS,
+        [
+            Binding::sampled("specular", Access::ComputeSampled),
+            Binding::image("indirect_specular", Access::ComputeWrite),
+        ],
+    ),
     constants: &["ORDER", "CLAMP"],
     params: None,
     sets: Sets::Scene,
@@ -52,17 +60,10 @@ pub static GATHER_GLOSSY: Pass = Pass {
 pub static BUMPS: Pass = Pass {
     name: "prt.bumps",
     shaders: Shaders::Compute("gi/prt/bumps.comp"),
-    bindings: &[
-        Binding::buffer("triangle_nodes", Access::ComputeRead),
-        Binding::buffer("node_points", Access::ComputeRead),
-        Binding::sampled("cells", Access::ComputeSampled),
-        Binding::buffer("point_lobes", Access::ComputeRead),
-        Binding::buffer("point_frames", Access::ComputeRead),
-        Binding::buffer("lobe_table", Access::ComputeRead),
-        Binding::sampled("view_depth", Access::ComputeSampled),
-        Binding::sampled("normals", Access::ComputeSampled),
-        Binding::image("diffuse", Access::ComputeReadWrite),
-    ],
+    bindings: &join::<_, 8, 1, 9>(
+        BINDINGS,
+        [Binding::image("diffuse", Access::ComputeReadWrite)],
+    ),
     constants: &["ORDER", "CLAMP"],
     params: None,
     sets: Sets::Scene,
