@@ -4,7 +4,8 @@
 //! point; nothing may move.
 //!
 //! - [`lattice`]: the points.
-//! - [`transfer`]: what light they get; [`build`] works it out by [`rays`] on the host.
+//! - [`transfer`]: what light they get; [`build`] works it out by [`rays`] on the host,
+//!   [`matrices`] for lobes; [`fill`] is for points without light of their own.
 //! - [`compress`]: the same by clusters of points, in a fraction of the memory.
 //! - [`cache`]: the same, kept on disk.
 //! - [`lobes`]: which light comes from where, for what is glossy; [`rows`]: all of that in rows.
@@ -16,12 +17,14 @@
 pub mod build;
 pub mod cache;
 pub mod compress;
+pub mod fill;
 pub mod fold;
 pub mod glossy;
 pub mod lattice;
 pub mod light;
 pub mod lit;
 pub mod lobes;
+pub mod matrices;
 pub mod points;
 pub mod rays;
 pub mod rows;

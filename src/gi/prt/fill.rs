@@ -1,8 +1,9 @@
-//! Points that have no light of their own: those inside of something, and those that hang on an edge.
+//! Points that have no light of their own: those inside of something, and those that hang on an
+//! edge.
 
 use std::collections::VecDeque;
 
-use super::Hanging;
+use super::lattice::Hanging;
 
 /// Gives points that hang on an edge what the coarser triangle has there.
 pub(super) fn hang(rows: &mut [f32], stride: usize, hanging: &[Hanging]) {

@@ -1,17 +1,17 @@
-//! Transfer of more than irradiance: matrices of points, and what bands of a sky above the kept ones
-//! bring these.
+//! Transfer of more than irradiance: matrices of points, and what bands of a sky above the kept
+//! ones bring these.
 
 use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::super::fold;
-use super::super::lobes::Projector;
-use super::super::rays::{Rays, Sampling};
-use super::super::rows::Rows;
-use super::super::transfer::Progress;
-use super::{Builder, Met, NOTHING, add_products, place_of};
+use super::build::{Builder, Met, NOTHING, add_products, place_of};
+use super::fold;
+use super::lobes::Projector;
+use super::rays::{Rays, Sampling};
+use super::rows::Rows;
+use super::transfer::Progress;
 use crate::gi::shared::sh::Rotation;
 use crate::scene::rays::NO_TRIANGLE;
 

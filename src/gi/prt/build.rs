@@ -4,15 +4,13 @@
 //! - Round k (P2): Tᵏ_i = 1/π ∫ (1 − V) ρ(q) Tᵏ⁻¹_i(q) max(n·s, 0) ds, at what rays hit. In round 1
 //!   analytic lights shine on what they hit.
 
-mod fill;
-mod lobes;
-
 use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::lattice::{Hanging, Lattice};
+use super::fill::{fill, hang, stand_ins};
+use super::lattice::Lattice;
 use super::lobes::Projector;
 use super::rays::{Rays, Sampling};
 use super::rows::Rows;
@@ -21,20 +19,19 @@ use crate::gi::shared::sh::Rotation;
 use crate::scene::rays::{Hit, NO_TRIANGLE, Ray};
 use crate::scene::surfaces::Surfaces;
 use crate::scene::{Light, Scene};
-use fill::{fill, hang, stand_ins};
 
 /// What a ray met.
 #[derive(Clone, Copy)]
-struct Met {
+pub(super) struct Met {
     /// [`NO_TRIANGLE`]: nothing.
-    triangle: u32,
-    at: [u16; 2],
+    pub(super) triangle: u32,
+    pub(super) at: [u16; 2],
     /// Diffuse albedo, times 65,535.
-    albedo: [u16; 3],
-    is_back: bool,
+    pub(super) albedo: [u16; 3],
+    pub(super) is_back: bool,
 }
 
-const NOTHING: Met = Met {
+pub(super) const NOTHING: Met = Met {
     triangle: NO_TRIANGLE,
     at: [0; 2],
     albedo: [0; 3],
@@ -51,15 +48,15 @@ const BACK_RAYS: u32 = 16;
 
 /// What is needed to work transfer out.
 pub(super) struct Builder<'s> {
-    surfaces: Surfaces<'s>,
-    settings: TransferSettings,
-    lattice: Lattice,
-    rays: Rays,
-    projector: Option<Projector>,
-    has_emission: bool,
-    lights: Vec<Light>,
+    pub(super) surfaces: Surfaces<'s>,
+    pub(super) settings: TransferSettings,
+    pub(super) lattice: Lattice,
+    pub(super) rays: Rays,
+    pub(super) projector: Option<Projector>,
+    pub(super) has_emission: bool,
+    pub(super) lights: Vec<Light>,
     /// Numbers of a row: three a function.
-    stride: usize,
+    pub(super) stride: usize,
 }
 
 /// What one point brings from a round.
@@ -215,7 +212,7 @@ impl<'s> Builder<'s> {
     }
 
     /// Rows of all points, compressed as the settings say.
-    fn collect(&self, outputs: usize, row: impl Fn(usize) -> Vec<f32> + Sync) -> Rows {
+    pub(super) fn collect(&self, outputs: usize, row: impl Fn(usize) -> Vec<f32> + Sync) -> Rows {
         let harmonics = (self.settings.order * self.settings.order) as usize;
         let compress = self.settings.compress.map(|own| (harmonics, own));
         let counts = [self.lattice.points.len(), outputs, self.stride / 3];
@@ -231,7 +228,7 @@ impl<'s> Builder<'s> {
     }
 
     /// Directions of a point's rays; `None` where one goes below the surface.
-    fn directions(&self, number: usize) -> impl Iterator<Item = Option<Vec3>> {
+    pub(super) fn directions(&self, number: usize) -> impl Iterator<Item = Option<Vec3>> {
         let point = &self.lattice.points[number];
         let frame = self.rays.frame_of(number, point).as_mat3();
         let (geometric, normal) = (point.geometric, point.normal);
@@ -252,7 +249,7 @@ impl<'s> Builder<'s> {
     }
 
     /// What the rays of a point meet.
-    fn cast(&self, number: usize, hits: &mut [Met]) {
+    pub(super) fn cast(&self, number: usize, hits: &mut [Met]) {
         for (met, direction) in hits.iter_mut().zip(self.directions(number)) {
             *met = NOTHING;
             let Some(direction) = direction else { continue };
@@ -306,7 +303,7 @@ impl<'s> Builder<'s> {
     }
 
     /// The transfer of the sky itself to a point, by the harmonics of a set of rays.
-    fn open_row(&self, rays: &Rays, number: usize, hits: &[Met]) -> Vec<f64> {
+    pub(super) fn open_row(&self, rays: &Rays, number: usize, hits: &[Met]) -> Vec<f64> {
         let point = &self.lattice.points[number];
         let mut open = vec![0.0f32; rays.functions];
         for (ray, (met, direction)) in hits.iter().zip(self.directions(number)).enumerate() {
@@ -330,7 +327,7 @@ impl<'s> Builder<'s> {
     }
 
     /// What the front of a surface emits.
-    fn emission(&self, met: Met) -> Vec3 {
+    pub(super) fn emission(&self, met: Met) -> Vec3 {
         let hit = hit_of(met);
         let material = self.surfaces.material(hit);
         match material.emission == Vec3::ZERO {
@@ -377,7 +374,7 @@ impl<'s> Builder<'s> {
     }
 
     /// What each light brings to a place, seen along a direction.
-    fn lights_at(&self, met: Met, direction: Vec3) -> impl Iterator<Item = f32> {
+    pub(super) fn lights_at(&self, met: Met, direction: Vec3) -> impl Iterator<Item = f32> {
         let place = self.surfaces.place(hit_of(met));
         let side = if met.is_back { -1.0 } else { 1.0 };
         let geometric = side * place.front;
@@ -440,7 +437,7 @@ fn is_back_seen(surfaces: &Surfaces<'_>, triangle: usize) -> bool {
     })
 }
 
-fn place_of(met: Met) -> Vec2 {
+pub(super) fn place_of(met: Met) -> Vec2 {
     Vec2::from(met.at.map(f32::from)) / 65_535.0
 }
 
@@ -454,7 +451,7 @@ fn hit_of(met: Met) -> Hit {
 }
 
 /// Adds to each row of sums the same row times its factor.
-fn add_products(sums: &mut [f32], factors: impl Iterator<Item = f32>, row: &[f32]) {
+pub(super) fn add_products(sums: &mut [f32], factors: impl Iterator<Item = f32>, row: &[f32]) {
     for (factor, sums) in factors.zip(sums.chunks_exact_mut(row.len().max(1))) {
         sums.iter_mut()
             .zip(row)
