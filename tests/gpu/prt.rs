@@ -11,7 +11,7 @@ use lumivox::gi::prt::transfer_settings;
 use lumivox::gi::shared::sh;
 use lumivox::render::GpuScene;
 use lumivox::render::oracle::light::lobe;
-use lumivox::scene::{Light, Scene, Sky};
+use lumivox::scene::{Light, LoadOptions, Scene, Sky};
 
 use crate::support::compare::Worst;
 use crate::support::technique::{
@@ -297,6 +297,15 @@ fn what_does_not_fit_is_an_error() {
     let wanted = told.split("`cells=").nth(1).unwrap();
     let cells: u32 = wanted.split('`').next().unwrap().parse().unwrap();
     assert!((100..1024).contains(&cells), "{told}");
+    let glossy = Scene::open("bundled:glossy", &LoadOptions::default()).unwrap();
+    let told = error(
+        &glossy,
+        &["transfer=matrix", "cells=256", "order=8", "out_order=6"],
+    );
+    assert!(
+        told.contains("transfer=matrix") && told.contains("compress=cpca"),
+        "{told}"
+    );
 }
 
 /// The back of a sheet has the light from below.

@@ -202,31 +202,14 @@ impl Prt {
         Ok(FrameStats::of_host(BUILD, begin))
     }
 
-    /// Points that are wanted, and whose matrices one buffer and the host's memory hold.
-    fn most_points(&self, gpu: &Gpu) -> u64 {
-        /// Of matrices that are not compressed.
-        const MOST_BYTES: u64 = 4 << 30;
-        let Some(lobes) = self.transfer.lobes else {
-            return self.points_max;
-        };
-        let outputs = u64::from(lobes.order * lobes.order);
-        let harmonics = u64::from(self.transfer.order * self.transfer.order);
-        let in_buffer = gpu.limits().storage_buffer_bytes / (16 * outputs);
-        let in_memory = match self.transfer.compress {
-            Some(_) => u64::MAX,
-            None => MOST_BYTES / (12 * outputs * harmonics),
-        };
-        self.points_max.min(in_buffer).min(in_memory)
-    }
-
-    /// More points than are wanted are an error, before anything is worked out.
+    /// More points than are wanted, or than memory holds, are an error before any is worked out.
     fn check_count(&self, gpu: &Gpu, scene: &GpuScene) -> Result<(), Error> {
-        let most = self.most_points(gpu);
+        let most = self.points_max;
         let cell_m = self.transfer.lattice.cell_m;
         let count = |cell_m| lattice::count_nodes(&scene.host, cell_m);
         let nodes = count(cell_m);
         if nodes <= most {
-            return Ok(());
+            return self.check_matrices(gpu, scene, nodes);
         }
         let (low, high) = scene.bounds;
         let extent_m = (high - low).max_element();
@@ -237,25 +220,51 @@ impl Prt {
         let fits = count(extent_m / cells as f32) <= most;
         Err(Error::Unsuited {
             technique: ENTRY.name,
-            problem: format!(
-                "the lattice has {nodes} nodes, more than {}",
-                match most < self.points_max {
-                    true => format!(
-                        "{most}, of as many as the memory of transfer=matrix holds (points_max={})",
-                        self.points_max
-                    ),
-                    false => format!("points_max={most}"),
-                }
-            ),
-            hint: if most < self.points_max && self.transfer.compress.is_none() {
-                "`compress=cpca` holds more, and larger cells need less".to_owned()
-            } else if fits {
+            problem: format!("the lattice has {nodes} nodes, more than points_max={most}"),
+            hint: if fits {
                 format!("`cells={cells}` fits, or a larger `points_max`")
             } else {
                 format!(
                     "the corners of the triangles alone are {}: give a larger `points_max`",
                     count(f32::INFINITY)
                 )
+            },
+        })
+    }
+
+    /// The radiance above points is in one buffer, their matrices are in the host's memory.
+    fn check_matrices(&self, gpu: &Gpu, scene: &GpuScene, nodes: u64) -> Result<(), Error> {
+        /// Of matrices that are not compressed.
+        const MOST_BYTES: u64 = 4 << 30;
+        let Some(lobes) = self.transfer.lobes else {
+            return Ok(());
+        };
+        let outputs = u64::from(lobes.order * lobes.order);
+        let harmonics = u64::from(self.transfer.order * self.transfer.order);
+        let in_buffer = gpu.limits().storage_buffer_bytes / (16 * outputs);
+        let in_memory = match self.transfer.compress {
+            Some(_) => u64::MAX,
+            None => MOST_BYTES / (12 * outputs * harmonics),
+        };
+        let most = in_buffer.min(in_memory);
+        // Each node has two sides at most; finding which are one point takes a while.
+        if 2 * nodes <= most {
+            return Ok(());
+        }
+        let points = transfer::count_points(&scene.host, self.transfer);
+        if points <= most {
+            return Ok(());
+        }
+        let need = "larger cells (fewer `cells`) and a smaller `out_order` need less";
+        Err(Error::Unsuited {
+            technique: ENTRY.name,
+            problem: format!(
+                "the lattice has {points} points, and memory holds the matrices of {most} \
+                 (transfer=matrix)"
+            ),
+            hint: match in_memory < in_buffer {
+                true => format!("`compress=cpca` holds more; {need}"),
+                false => need.to_owned(),
             },
         })
     }

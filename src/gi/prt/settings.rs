@@ -212,8 +212,8 @@ pub(super) const PRESETS: &[Preset] = &[
     },
     Preset {
         name: "accurate",
-        help: "order 8, 32 cells",
-        values: &[&[("order", "8"), ("cells", "32")]],
+        help: "order 8, 32 cells, halved where light differs",
+        values: &[&[("order", "8"), ("cells", "32"), ("refine", "1")]],
     },
     Preset {
         name: "textbook",
@@ -236,7 +236,12 @@ pub(super) const PRESETS: &[Preset] = &[
     Preset {
         name: "compressed",
         help: "as accurate, in a tenth of the memory",
-        values: &[&[("order", "8"), ("cells", "32"), ("compress", "cpca")]],
+        values: &[&[
+            ("order", "8"),
+            ("cells", "32"),
+            ("refine", "1"),
+            ("compress", "cpca"),
+        ]],
     },
     Preset {
         name: "glossy",

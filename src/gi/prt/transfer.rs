@@ -154,6 +154,13 @@ impl Transfer {
     }
 }
 
+/// Points of the lattice of a scene, before cells are halved.
+pub(super) fn count_points(scene: &Scene, settings: TransferSettings) -> u64 {
+    let cells: Vec<u32> = lattice::cells_of(scene, settings.lattice.cell_m).collect();
+    let builder = Builder::new(scene, settings, &cells);
+    builder.lattice.points.len() as u64
+}
+
 /// Cells along an edge of each triangle: halved again and again where the light of the sky itself
 /// differs within a cell. The points of each step are those of the step before, and more.
 fn refined_cells(scene: &Scene, settings: TransferSettings, progress: Progress<'_>) -> Vec<u32> {
