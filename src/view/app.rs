@@ -18,6 +18,7 @@ use super::picture::{ToneMap, develop};
 use super::reload::{Compiled, Watcher};
 use super::session::{Choice, Session};
 use super::simulator::SimulatorWorker;
+use super::sky::SkyWorker;
 use super::store::Remembered;
 use super::truth::TruthWorker;
 use super::views::VIEWS;
@@ -67,6 +68,7 @@ pub(super) struct App {
     pub(super) worker: Worker,
     truth: TruthWorker,
     simulator: SimulatorWorker,
+    skies: SkyWorker,
     watcher: Option<Watcher>,
     pub(super) loading: Option<Loading>,
     pub(super) driver: Option<Driver>,
@@ -124,6 +126,7 @@ impl App {
             worker: Worker::start(options.gpu.clone(), notify(&proxy))?,
             truth: TruthWorker::start(notify(&proxy))?,
             simulator: SimulatorWorker::start(notify(&proxy))?,
+            skies: SkyWorker::start(notify(&proxy))?,
             options,
             proxy,
             ctx,
@@ -361,6 +364,9 @@ impl App {
         if let Some(report) = self.simulator.take() {
             self.session.simulator.report = Some(report);
         }
+        if let Some(made) = self.skies.take() {
+            self.session.take_sky(made);
+        }
         self.receive_scene();
     }
 
@@ -401,6 +407,9 @@ impl App {
         }
         if let Some(beam) = self.session.next_beam() {
             self.worker.ask_beam(beam);
+        }
+        if let Some(wanted) = self.session.next_sky() {
+            self.skies.ask(wanted);
         }
         if let Some(suit) = self.session.next_suit() {
             self.worker.ask_suit(suit);

@@ -17,6 +17,7 @@ mod reload;
 mod script;
 mod session;
 mod simulator;
+mod sky;
 mod store;
 mod suit;
 mod truth;

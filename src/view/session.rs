@@ -12,6 +12,7 @@ use super::beam::{BeamAnswer, BeamJob, BeamState};
 use super::camera::{Controls, DEG_PER_POINT};
 use super::picture::{Components, Look, ToneMap};
 use super::simulator::{Order, SimulatorState};
+use super::sky::{MadeSky, WantedSky};
 use super::suit::{Suit, SuitAnswer, SuitJob};
 use super::truth::{MOST_SAMPLES, RefinedReference, TruthJob};
 use super::views::VIEWS;
@@ -141,6 +142,10 @@ pub(super) struct Newest {
     pub(super) version: u64,
 }
 
+/// W/(m² sr) of a texel of 1, of a clear sky in place of a constant: as bright as a picture at
+/// exposure 1 can show.
+const FIRST_SCALE: f32 = 0.02;
+
 /// All state of the program except the window itself.
 pub(super) struct Session {
     /// As it was named.
@@ -151,6 +156,8 @@ pub(super) struct Session {
     pub(super) scene: (u64, Arc<Scene>),
     pub(super) lights: Vec<Light>,
     pub(super) environment: Environment,
+    /// The sky that is to take its place once it is worked out.
+    pub(super) wanted_sky: Option<WantedSky>,
     pub(super) controls: Controls,
     pub(super) choices: [Choice; 2],
     pub(super) compare: Compare,
@@ -188,6 +195,7 @@ pub(super) struct Session {
     pub(super) builds: [Option<f64>; 2],
     pub(super) truth: Option<RefinedReference>,
     asked: Option<Job>,
+    sky_asked: Option<WantedSky>,
     truth_asked: Option<u64>,
     /// Samples after which the reference rests.
     most_samples: u32,
@@ -211,6 +219,33 @@ impl Session {
         self.environment = environment;
     }
 
+    /// The sky to ask for, where there is a new one.
+    pub(super) fn next_sky(&mut self) -> Option<WantedSky> {
+        if self.wanted_sky == self.sky_asked {
+            return None;
+        }
+        self.sky_asked.clone_from(&self.wanted_sky);
+        self.wanted_sky.clone()
+    }
+
+    /// A sky is worked out: it is shown, as bright and as turned as the one before, unless none is
+    /// wanted any more.
+    pub(super) fn take_sky(&mut self, (wanted, made): MadeSky) {
+        if self.wanted_sky.is_none() {
+            return;
+        }
+        if self.wanted_sky.as_ref() == Some(&wanted) {
+            self.wanted_sky = None;
+        }
+        if let Some(sky) = made {
+            let (scale, rotate_deg) = self
+                .environment
+                .sky()
+                .map_or((FIRST_SCALE, 0.0), |sky| (sky.scale(), sky.rotate_deg()));
+            self.set_environment(sky.with(scale, rotate_deg).into());
+        }
+    }
+
     pub(super) fn new(
         source: OsString,
         scene: Scene,
@@ -223,6 +258,7 @@ impl Session {
             load: LoadOptions::default(),
             lights: scene.lights.clone(),
             environment: scene.environment.clone(),
+            wanted_sky: None,
             controls: Controls::new(scene.camera, bounds),
             scene: (0, Arc::new(scene)),
             choices: [choice.clone(), choice],
@@ -249,6 +285,7 @@ impl Session {
             builds: [None; 2],
             truth: None,
             asked: None,
+            sky_asked: None,
             truth_asked: None,
             most_samples: MOST_SAMPLES,
             changed_at: Instant::now(),
@@ -261,6 +298,7 @@ impl Session {
         let bounds = scene.bounds().unwrap_or((Vec3::ZERO, Vec3::ONE));
         let mode = self.controls.mode;
         (self.lights, self.environment) = (scene.lights.clone(), scene.environment.clone());
+        self.wanted_sky = None;
         self.controls = Controls::new(scene.camera, bounds);
         self.controls.mode = mode;
         self.scene = (self.scene.0 + 1, Arc::new(scene));

@@ -34,14 +34,15 @@ pub(super) const SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "refine",
-        help: "times that cells are halved where the light of the sky differs within one",
+        help: "times that a triangle's cells are halved where the light of the sky differs in them",
         unit: "",
         domain: Domain::Count { min: 0, max: 3 },
         default: "0",
     },
     Setting {
         name: "refine_difference",
-        help: "the largest difference within a cell, as part of what a surface in the open gets",
+        help: "the largest difference in a triangle's cells (root mean square), as part of what a \
+               surface in the open gets",
         unit: "",
         domain: Domain::Number {
             min: 0.01,

@@ -103,8 +103,9 @@ impl Transfer {
         transfer
     }
 
-    /// Whether transfer differs so much within a cell of a triangle: the length of what differs, of
-    /// all harmonics, as part of that of a surface in the open.
+    /// Whether transfer differs so much within the cells of a triangle: the length of what differs,
+    /// of all harmonics, as part of that of a surface in the open; root mean square over the cells,
+    /// each with its worst edge.
     fn differs(&self, triangle: usize, most: f32) -> bool {
         let row = &self.lattice.triangles[triangle];
         let own = 3 * (self.order * self.order) as usize;
@@ -113,10 +114,10 @@ impl Transfer {
             .zip(0u32..)
             .map(|(factor, l)| (*factor as f32).powi(2) * (2 * l + 1) as f32 / (4.0 * PI))
             .sum();
-        let is_far = |a: u32, b: u32| {
+        let distance = |a: u32, b: u32| {
             let [a, b] = [a, b].map(|point| &self.irradiance.plain[point as usize * own..][..own]);
             let pairs = a.iter().zip(b).step_by(3);
-            pairs.map(|(a, b)| (a - b).powi(2)).sum::<f32>() > most * most * open
+            pairs.map(|(a, b)| (a - b).powi(2)).sum::<f32>()
         };
         let sides = row
             .first
@@ -124,12 +125,14 @@ impl Transfer {
             .filter(|first| *first != lattice::NONE);
         sides.into_iter().any(|first| {
             let at = |i, j| self.lattice.nodes[(first + lattice::node(row.cells, i, j)) as usize];
-            (0..row.cells).any(|j| {
-                (0..row.cells - j).any(|i| {
-                    let [a, b, c] = [at(i, j), at(i + 1, j), at(i, j + 1)];
-                    is_far(a, b) || is_far(b, c) || is_far(c, a)
-                })
-            })
+            let cells = (0..row.cells).flat_map(|j| (0..row.cells - j).map(move |i| (i, j)));
+            let (mut sum, mut count) = (0.0, 0.0);
+            for (i, j) in cells {
+                let [a, b, c] = [at(i, j), at(i + 1, j), at(i, j + 1)];
+                sum += distance(a, b).max(distance(b, c)).max(distance(c, a));
+                count += 1.0;
+            }
+            sum > count * most * most * open
         })
     }
 

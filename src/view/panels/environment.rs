@@ -8,10 +8,15 @@ use glam::Vec3;
 use super::lights::show_power;
 use super::row;
 use crate::scene::{ClearSky, Environment, Sky, SkySource};
+use crate::view::sky::{WantedSky, Whole};
 
-/// Shows what it is, and how it may differ.
-pub(super) fn show(ui: &mut Ui, environment: &mut Environment, held: &mut bool) {
-    let mut wanted = None;
+/// Shows what it is, and how it may differ. What takes a while to work out is `wanted`.
+pub(super) fn show(
+    ui: &mut Ui,
+    environment: &mut Environment,
+    wanted: &mut Option<WantedSky>,
+    held: &mut bool,
+) {
     match environment {
         Environment::Uniform(radiance) => {
             show_power(
@@ -23,80 +28,65 @@ pub(super) fn show(ui: &mut Ui, environment: &mut Environment, held: &mut bool) 
             );
             let hint = "a cloudless sky with a sun, in place of the constant";
             if ui.button("clear sky").on_hover_text(hint).clicked() {
-                // As bright as a picture at exposure 1 can show.
-                wanted = Some((ClearSky::default(), 0.02, 0.0));
+                *wanted = Some(WantedSky {
+                    whole: Whole::Clear(ClearSky::default()),
+                    splits: false,
+                });
             }
         }
         Environment::Map(sky) => {
-            let (mut scale, mut rotate_deg) = (sky.scale(), sky.rotate_deg());
-            let speed = 0.01 * f64::from(scale.max(1e-3));
-            let drag = DragValue::new(&mut scale).range(0.0..=1e9).speed(speed);
-            row(
-                ui,
-                "sky scale",
-                "radiance of a texel of 1 [W/(m² sr)]",
-                |ui| {
-                    *held |= ui.add(drag).dragged();
-                },
-            );
-            let slider = Slider::new(&mut rotate_deg, 0.0..=360.0).suffix("°");
-            row(
-                ui,
-                "turned",
-                "about +y, counter-clockwise from above",
-                |ui| {
-                    *held |= ui.add(slider).dragged();
-                },
-            );
-            if let Some(SkySource::Clear(clear)) = sky.source() {
-                let mut clear = *clear;
-                let height = Slider::new(&mut clear.sun_height_deg, 0.0..=90.0).suffix("°");
-                row(ui, "sun", "height of the sun over the horizon", |ui| {
-                    *held |= ui.add(height).dragged();
-                });
-                row(ui, "disc of the sun", "whether it is in the sky", |ui| {
-                    ui.checkbox(&mut clear.has_sun, "");
-                });
-                let turbidity = Slider::new(&mut clear.turbidity, 1.0..=10.0);
-                row(ui, "turbidity", "haze: 2 is clear, 6 is hazy", |ui| {
-                    *held |= ui.add(turbidity).dragged();
-                });
-                if sky.source() != Some(&SkySource::Clear(clear)) {
-                    wanted = Some((clear, scale, rotate_deg));
-                }
-            }
-            let hint = "the brightest disc of the sky is a directional light";
-            let mut splits = sky.sun().is_some();
-            row(ui, "sun as a light", hint, |ui| {
-                if ui.checkbox(&mut splits, "").changed() {
-                    let other = if splits {
-                        sky.split_sun()
-                    } else {
-                        Some(sky.whole())
-                    };
-                    if let Some(other) = other {
-                        *sky = Arc::new(other);
-                    }
-                }
-            });
-            if (scale, rotate_deg) != (sky.scale(), sky.rotate_deg()) {
-                *sky = Arc::new(sky.with(scale, rotate_deg));
-            }
-            if ui
-                .button("constant")
-                .on_hover_text("no map any more")
-                .clicked()
-            {
+            show_sky(ui, sky, wanted, held);
+            let button = ui.button("constant").on_hover_text("no map any more");
+            if button.clicked() {
                 *environment = Vec3::ZERO.into();
-                return;
+                *wanted = None;
             }
         }
     }
-    if let Some((clear, scale, rotate_deg)) = wanted
-        && let Ok(sky) = Sky::clear(clear)
-    {
-        let whole = sky.with(scale, rotate_deg);
-        let split = environment.sun().and_then(|_| whole.split_sun());
-        *environment = split.unwrap_or(whole).into();
+}
+
+fn show_sky(ui: &mut Ui, sky: &mut Arc<Sky>, wanted: &mut Option<WantedSky>, held: &mut bool) {
+    let (mut scale, mut rotate_deg) = (sky.scale(), sky.rotate_deg());
+    let speed = 0.01 * f64::from(scale.max(1e-3));
+    let drag = DragValue::new(&mut scale).range(0.0..=1e9).speed(speed);
+    let hint = "radiance of a texel of 1 [W/(m² sr)]";
+    row(ui, "sky scale", hint, |ui| {
+        *held |= ui.add(drag).dragged();
+    });
+    let slider = Slider::new(&mut rotate_deg, 0.0..=360.0).suffix("°");
+    let hint = "about +y, counter-clockwise from above";
+    row(ui, "turned", hint, |ui| {
+        *held |= ui.add(slider).dragged();
+    });
+    if (scale, rotate_deg) != (sky.scale(), sky.rotate_deg()) {
+        *sky = Arc::new(sky.with(scale, rotate_deg));
+    }
+    let now = wanted.clone().unwrap_or_else(|| WantedSky {
+        whole: match sky.source() {
+            Some(SkySource::Clear(clear)) => Whole::Clear(*clear),
+            _ => Whole::Map(Arc::clone(sky)),
+        },
+        splits: sky.sun().is_some(),
+    });
+    let mut next = now.clone();
+    if let Whole::Clear(clear) = &mut next.whole {
+        let height = Slider::new(&mut clear.sun_height_deg, 0.0..=90.0).suffix("°");
+        row(ui, "sun", "height of the sun over the horizon", |ui| {
+            *held |= ui.add(height).dragged();
+        });
+        row(ui, "disc of the sun", "whether it is in the sky", |ui| {
+            ui.checkbox(&mut clear.has_sun, "");
+        });
+        let turbidity = Slider::new(&mut clear.turbidity, 1.0..=10.0);
+        row(ui, "turbidity", "haze: 2 is clear, 6 is hazy", |ui| {
+            *held |= ui.add(turbidity).dragged();
+        });
+    }
+    let hint = "the brightest disc of the sky is a directional light";
+    row(ui, "sun as a light", hint, |ui| {
+        ui.checkbox(&mut next.splits, "");
+    });
+    if next != now {
+        *wanted = Some(next);
     }
 }

@@ -63,7 +63,7 @@ pub(super) fn show(ui: &mut Ui, scope: &mut Scope<'_>) {
         }
     });
     let mut environment = scope.session.environment.clone();
-    environment::show(ui, &mut environment, held);
+    environment::show(ui, &mut environment, &mut scope.session.wanted_sky, held);
     scope.session.set_environment(environment);
 }
 
