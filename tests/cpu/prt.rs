@@ -335,6 +335,35 @@ fn transfer_is_kept_on_disk() {
     assert_eq!(files(), 4);
 }
 
+/// One corner in the shade does not halve a large floor, and halves squares of its own.
+#[test]
+fn a_large_triangle_is_not_halved_for_one_corner() {
+    let most = |squares: u32| {
+        let mut scene = floor(0.5);
+        scene.triangles.clear();
+        let size = 8.0 / squares as f32;
+        for at in 0..squares * squares {
+            let corner = Vec3::new((at % squares) as f32, 0.0, -((at / squares) as f32));
+            let corner = size * corner + Vec3::new(-4.0, 0.0, 4.0);
+            let square = quad(corner, size * Vec3::X, -size * Vec3::Z);
+            add(&mut scene, lambert(0.5), square);
+        }
+        let floor = scene.triangles.len();
+        let wall = quad(Vec3::new(3.5, 0.0, 3.6), 0.5 * Vec3::X, 0.5 * Vec3::Y);
+        add(&mut scene, lambert(0.5), wall);
+        let mut with = TransferSettings {
+            rays: 256,
+            bounces: 1,
+            ..settings(1.0)
+        };
+        with.lattice.refine.levels = 1;
+        let rows = worked_out(&scene, with).lattice.triangles;
+        rows[..floor].iter().map(|row| row.cells).max()
+    };
+    // 8 m at most √2 long, in cells of a metre: 12.
+    assert_eq!([1, 8].map(most), [Some(12), Some(4)]);
+}
+
 /// Cells are halved where a wall hides the sky, and the light of the floor has no step where they
 /// are: along each edge both of its triangles have the same.
 #[test]
