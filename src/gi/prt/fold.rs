@@ -5,8 +5,8 @@
 //! take L + K H instead of L, H being the bands above, where K is such that points have the least
 //! mean square error of the light that the sky brings them, in parts of their own:
 //! K = (⟨t tᵀ⟩ + μI)⁻¹ ⟨t hᵀ⟩. t is the transfer of a point by the kept bands, h by those above,
-//! both over T_0, and ⟨⟩ the mean over points. In the open h is 0 nearly, and so is K. A light that
-//! all these bands together do not hold is not folded: it would ring in them.
+//! both over T_0, and ⟨⟩ the mean over surfaces. In the open h is 0 nearly, and so is K. A light
+//! that all these bands together do not hold is not folded: it would ring in them.
 
 use std::f64::consts::{PI, TAU};
 
@@ -26,14 +26,16 @@ const LEAST: f64 = 5e-3;
 /// Points that K is learnt from; of more, as many spread evenly.
 pub(super) const MOST_LEARNT: usize = 8_192;
 
-/// K, a row for each kept harmonic, from the transfer of points by all bands.
-pub(super) fn learn(order: u32, points: &[Vec<f64>]) -> Vec<f32> {
+/// K, a row for each kept harmonic, from the transfer of points by all bands, each for so much of
+/// the surface (m²).
+pub(super) fn learn(order: u32, points: &[Vec<f64>], areas: &[f64]) -> Vec<f32> {
     const PART: usize = 256;
     let (kept, all) = ((order * order) as usize, BANDS * BANDS);
-    let parts = points.par_chunks(PART).map(|points| {
+    let parts = points.par_chunks(PART).zip(areas.par_chunks(PART));
+    let parts = parts.map(|(points, areas)| {
         let mut sums = vec![0.0; kept * all];
-        for point in points.iter().filter(|point| point[0] > 0.0) {
-            let scale = point[0].powi(-2);
+        for (point, area) in points.iter().zip(areas).filter(|(point, _)| point[0] > 0.0) {
+            let scale = area * point[0].powi(-2);
             for (own, sums) in point.iter().zip(sums.chunks_exact_mut(all)) {
                 let factor = scale * own;
                 sums.iter_mut()
@@ -44,8 +46,10 @@ pub(super) fn learn(order: u32, points: &[Vec<f64>]) -> Vec<f32> {
         sums
     });
     let parts: Vec<Vec<f64>> = parts.collect();
-    let count = points.iter().filter(|point| point[0] > 0.0).count().max(1) as f64;
-    let mean = |at: usize| parts.iter().map(|part| part[at]).sum::<f64>() / count;
+    let lit = points.iter().zip(areas).filter(|(point, _)| point[0] > 0.0);
+    let area: f64 = lit.map(|(_, area)| area).sum();
+    let share = if area > 0.0 { 1.0 / area } else { 0.0 };
+    let mean = |at: usize| share * parts.iter().map(|part| part[at]).sum::<f64>();
     let means: Vec<f64> = (0..kept * all).map(mean).collect();
     let mut gram = vec![0.0; kept * kept];
     for (own, mean) in gram.chunks_exact_mut(kept).zip(means.chunks_exact(all)) {
@@ -158,7 +162,8 @@ mod tests {
         let light: Vec<DVec3> = light.iter().map(|own| DVec3::splat(*own)).collect();
         let (kept, above) = light.split_at(25);
         let mut folded = kept.to_vec();
-        add(&mut folded, above, &learn(5, &points));
+        let areas = vec![1.0; points.len()];
+        add(&mut folded, above, &learn(5, &points, &areas));
         let off = |own: &[DVec3]| {
             let brought = |point: &Vec<f64>, light: &[DVec3]| {
                 let pairs = point.iter().zip(light);
@@ -180,11 +185,28 @@ mod tests {
         let cosine = sh::clamped_cosine(BANDS);
         let point = |direction: DVec3| sh::rotate_zonal(&cosine, direction);
         let open = [DVec3::X, DVec3::Y, DVec3::Z, -DVec3::X].map(point);
-        let folded = learn(6, &open);
+        let folded = learn(6, &open, &[1.0; 4]);
         let largest = folded.iter().fold(0.0f32, |most, k| k.abs().max(most));
         println!("largest {largest}");
         assert!(largest < 0.05, "{largest}");
-        assert!(learn(4, &[]).iter().all(|k| *k == 0.0));
+        assert!(learn(4, &[], &[]).iter().all(|k| *k == 0.0));
+    }
+
+    /// A surface counts by its area, however many points it has.
+    #[test]
+    fn points_count_by_their_area() {
+        let point =
+            |direction: DVec3, angle: f64| sh::rotate_zonal(&sh::cone(BANDS, angle), direction);
+        let [narrow, wide] = [point(DVec3::Y, 0.3), point(DVec3::X, 1.2)];
+        let few = learn(5, &[narrow.clone(), wide.clone()], &[1.0, 3.0]);
+        let many = [vec![narrow; 4], vec![wide; 2]].concat();
+        let many = learn(5, &many, &[0.25, 0.25, 0.25, 0.25, 1.5, 1.5]);
+        let pairs = few.iter().zip(&many);
+        let largest = pairs.fold(0.0f32, |most, (a, b)| most.max((a - b).abs()));
+        assert!(
+            largest < 1e-5 && few.iter().any(|k| k.abs() > 0.1),
+            "{largest}"
+        );
     }
 
     /// The parts of a sky have its harmonics, those of the large map and of the small one.

@@ -295,6 +295,29 @@ impl Lattice {
         ]
     }
 
+    /// How much of the surface each point is for: a third of each cell around it (m²).
+    pub(super) fn areas_m2(&self, scene: &Scene) -> Vec<f64> {
+        let mut areas_m2 = vec![0.0; self.points.len()];
+        for (row, triangle) in self.triangles.iter().zip(&scene.triangles) {
+            let [a, b, c] = corners(scene, triangle);
+            let cells = f64::from(row.cells * row.cells);
+            let third_m2 = f64::from((b - a).cross(c - a).length()) / (6.0 * cells);
+            for first in row.first.into_iter().filter(|first| *first != NONE) {
+                for j in 0..=row.cells {
+                    for i in 0..=row.cells - j {
+                        // Corners have one cell of the triangle around them, edges three.
+                        let k = row.cells - i - j;
+                        let edges = [i, j, k].iter().filter(|at| **at == 0).count();
+                        let around = [6.0, 3.0, 1.0][edges.min(2)];
+                        let point = self.nodes[(first + node(row.cells, i, j)) as usize];
+                        areas_m2[point as usize] += around * third_m2;
+                    }
+                }
+            }
+        }
+        areas_m2
+    }
+
     /// The points that share a cell with each, in the order of their numbers.
     pub(super) fn neighbours(&self) -> Vec<Vec<u32>> {
         let mut all = vec![Vec::new(); self.points.len()];

@@ -151,6 +151,9 @@ impl Builder<'_> {
                 }
             }
         });
-        fold::learn(self.settings.order, &learnt.collect::<Vec<_>>())
+        let all = self.lattice.areas_m2(self.surfaces.scene);
+        let area_m2 = |at: usize| all[valid[at * valid.len() / count]];
+        let areas_m2: Vec<f64> = (0..count).map(area_m2).collect();
+        fold::learn(self.settings.order, &learnt.collect::<Vec<_>>(), &areas_m2)
     }
 }
