@@ -339,14 +339,14 @@ const STATED: &[Stated] = &[
         lit_sphere: [0.0, 0.0],
         sky: [0.0, 0.0],
         furnace: [0.0, 0.0],
-        plates: [0.012, 0.092],
+        plates: [-0.004, 0.080],
     },
     Stated {
         name: "prt.compressed",
         lit_sphere: [0.0, 0.0],
         sky: [0.0, 0.0],
         furnace: [0.0, 0.0],
-        plates: [0.012, 0.092],
+        plates: [-0.004, 0.080],
     },
     Stated {
         name: "prt.glossy",

@@ -248,10 +248,10 @@ fn stages_have_every_timed_pass_of_every_technique() {
             "--shadow-resolution",
             "16",
         ];
-        let few: &[&str] = if run[1] == "none" {
-            &[]
-        } else {
-            &["--resolution", "16"]
+        let few: &[&str] = match run[1] {
+            "none" => &[],
+            "prt" => &["--set", "transfer_rays=64"],
+            _ => &["--resolution", "16"],
         };
         let output = bench(&folder, &[&common[..], run, few].concat());
         assert!(
