@@ -17,8 +17,8 @@ use super::panels::{self, Canvas, Panels, Request, Scope};
 use super::picture::{ToneMap, develop};
 use super::reload::{Compiled, Watcher};
 use super::session::{Choice, Session};
-use super::simulator::SimulatorWorker;
-use super::sky::SkyWorker;
+use super::simulator::{self, SimulatorWorker};
+use super::sky::{self, SkyWorker};
 use super::store::Remembered;
 use super::truth::TruthWorker;
 use super::views::VIEWS;
@@ -125,8 +125,8 @@ impl App {
         Ok(App {
             worker: Worker::start(options.gpu.clone(), notify(&proxy))?,
             truth: TruthWorker::start(notify(&proxy))?,
-            simulator: SimulatorWorker::start(notify(&proxy))?,
-            skies: SkyWorker::start(notify(&proxy))?,
+            simulator: SimulatorWorker::start("simulator", simulator::work, notify(&proxy))?,
+            skies: SkyWorker::start("sky", sky::work, notify(&proxy))?,
             options,
             proxy,
             ctx,

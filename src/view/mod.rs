@@ -7,6 +7,7 @@
 
 mod app;
 mod beam;
+mod beside;
 mod camera;
 mod command;
 mod drive;

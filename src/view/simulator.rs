@@ -2,10 +2,10 @@
 
 use std::collections::VecDeque;
 use std::fmt::Write as _;
-use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
-use std::sync::{Arc, Mutex, PoisonError};
-use std::thread::JoinHandle;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, TryRecvError};
 
+use super::beside::Beside;
 use crate::gi::SettingError;
 use crate::gi::Settings;
 use crate::gi::settings::Setting;
@@ -198,64 +198,11 @@ impl SimulatorState {
     }
 }
 
-/// The thread, seen from the window.
-pub(super) struct SimulatorWorker {
-    orders: Option<Sender<Order>>,
-    found: Arc<Mutex<Option<Report>>>,
-    thread: Option<JoinHandle<()>>,
-}
-
-impl SimulatorWorker {
-    /// Starts the thread; `notify` is called after each action, on that thread.
-    pub(super) fn start(notify: Box<dyn Fn() + Send>) -> std::io::Result<Self> {
-        let (orders, receiver) = channel();
-        let found = Arc::new(Mutex::new(None));
-        let tell = Arc::clone(&found);
-        let thread = std::thread::Builder::new()
-            .name("simulator".to_owned())
-            .spawn(move || {
-                work(&receiver, |report| {
-                    *tell.lock().unwrap_or_else(PoisonError::into_inner) = Some(report);
-                    notify();
-                });
-            })?;
-        Ok(SimulatorWorker {
-            orders: Some(orders),
-            found,
-            thread: Some(thread),
-        })
-    }
-
-    /// Asks for something after all that was asked for before.
-    pub(super) fn ask(&self, order: Order) {
-        if let Some(orders) = &self.orders {
-            // A thread that panicked is told of when the window closes.
-            let _ = orders.send(order);
-        }
-    }
-
-    /// What is new since the last call.
-    pub(super) fn take(&self) -> Option<Report> {
-        self.found
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .take()
-    }
-}
-
-impl Drop for SimulatorWorker {
-    fn drop(&mut self) {
-        self.orders = None;
-        if let Some(thread) = self.thread.take()
-            && thread.join().is_err()
-        {
-            log::error!("the simulator's thread panicked");
-        }
-    }
-}
+/// The thread that runs simulators.
+pub(super) type SimulatorWorker = Beside<Order, Report>;
 
 /// Carries out orders as they come; between the actions of a run it looks for newer ones.
-fn work(receiver: &Receiver<Order>, tell: impl Fn(Report)) {
+pub(super) fn work(receiver: &Receiver<Order>, tell: &dyn Fn(Report)) {
     let mut bench: Result<(Box<dyn Simulator>, &'static SimulatorRow, Settings), String> =
         Err(String::new());
     let (mut orders, mut waiting) = (0, VecDeque::new());
@@ -389,7 +336,7 @@ mod tests {
     const STEPS: u32 = 1_000_000;
 
     fn started() -> Option<SimulatorWorker> {
-        let worker = SimulatorWorker::start(Box::new(|| ())).ok()?;
+        let worker = SimulatorWorker::start("simulator", work, Box::new(|| ())).ok()?;
         let none = SimulatorRow::values(&[], &[]).ok()?;
         worker.ask(Order::Start(Box::new(Start {
             row: &SLOW,

@@ -400,3 +400,31 @@ pub(super) fn cell_at(cells: u32, [u, v]: [f32; 2]) -> [(u32, u32, f32); 3] {
         ]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Triangles with one to seven cells along an edge, each third one with its back.
+    #[test]
+    fn points_share_all_of_the_surface() {
+        let Ok(scene) = Scene::bundled("cornell", &[]) else {
+            panic!("a bundled scene")
+        };
+        let count = scene.triangles.len();
+        let cells: Vec<u32> = (0..count).map(|at| 1 + at as u32 % 7).collect();
+        let has_back = |triangle: usize| triangle.is_multiple_of(3);
+        let lattice = Lattice::new(&scene, 0.1, &cells, has_back);
+        let expected: f64 = (0..count)
+            .map(|at| {
+                let [a, b, c] = corners(&scene, &scene.triangles[at]);
+                let sides = if has_back(at) { 1.0 } else { 0.5 };
+                f64::from((b - a).cross(c - a).length()) * sides
+            })
+            .sum();
+        let areas_m2 = lattice.areas_m2(&scene);
+        let sum: f64 = areas_m2.iter().sum();
+        assert!((sum / expected - 1.0).abs() < 1e-12, "{sum} of {expected}");
+        assert!(areas_m2.iter().all(|area_m2| *area_m2 > 0.0));
+    }
+}
