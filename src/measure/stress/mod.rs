@@ -67,6 +67,7 @@ pub static CASES: &[&StressCase] = &[
     &sky::OPENING,
     &sky::SHEET,
     &sky::SUNK_BOX,
+    &sky::ROUGHNESS,
     &sky::MOVED,
     &extent::SCENE_SIZE,
     &extent::TRIANGLE_COUNT,

@@ -13,7 +13,7 @@ use crate::image::{Aov, Image};
 use crate::measure::draw::Ticks;
 use crate::metrics::Channel;
 use crate::scene::bundled::mesh::Mesh;
-use crate::scene::{Camera, Environment, Scene, SceneError, Sky};
+use crate::scene::{Camera, Environment, Material, Scene, SceneError, Sky, Specular};
 
 /// Bands that a sky may be kept in.
 const ORDER: Change = Change {
@@ -131,6 +131,18 @@ pub(super) static SUNK_BOX: StressCase = StressCase {
         needs: None,
     }],
     measure: |trial, part| error(trial, &sunk_box(part as f32)?),
+    ..OWN
+};
+
+pub(super) static ROUGHNESS: StressCase = StressCase {
+    name: "sky_roughness",
+    help: "a metal block under a sky with a disc of 30° becomes smoother: what it mirrors has \
+           sharper edges",
+    source: "Sloan et al. 2002: glossy transfer holds lobes of low frequency",
+    severity: "roughness",
+    severities: &[1.0, 0.7, 0.5, 0.35, 0.2, 0.1],
+    quick: &[1.0, 0.35],
+    measure: |trial, roughness| error(trial, &metal_block(roughness as f32)?),
     ..OWN
 };
 
@@ -309,6 +321,31 @@ fn sunk_box(part: f32) -> Result<Scene, StressError> {
     );
     let seen = camera([1.2, 1.9, 2.6], [0.0, 0.2, 0.0], 45.0);
     Ok(under(mesh, "sunk-box", sky(None)?, seen))
+}
+
+/// A metal block on a floor.
+fn metal_block(roughness: f32) -> Result<Scene, StressError> {
+    let mut mesh = Mesh::default();
+    let floor = mesh.matte("floor", [0.6, 0.6, 0.6]);
+    add_floor(&mut mesh, floor);
+    let metal = mesh.material(Material {
+        name: "metal".to_owned(),
+        albedo: Vec3::new(0.9, 0.8, 0.6),
+        specular: Some(Specular {
+            f0: Vec3::splat(0.04),
+            roughness,
+            metalness: 1.0,
+        }),
+        ..Material::default()
+    });
+    mesh.cuboid(
+        [metal; 6],
+        Vec3::new(-0.9, 0.0, -0.7),
+        Vec3::new(0.9, 1.1, 0.7),
+    );
+    let seen = camera([1.6, 1.7, 2.6], [0.0, 0.5, 0.0], 45.0);
+    let sky = sky(Some((30.0, TO_SUN_DEG)))?;
+    Ok(under(mesh, "metal-block", sky, seen))
 }
 
 fn under(mesh: Mesh, name: &str, sky: Sky, seen: Camera) -> Scene {
