@@ -706,3 +706,54 @@ fn walls_hide_half_and_nothing_is_brighter_than_the_sky() {
     println!("the brightest has {:.4} of the sky's", brightest / PI);
     assert!(brightest / PI < 1.0 + 1e-3);
 }
+
+/// Points below a sheet see its back, and have their own light all the same; those that a box of
+/// any height stands on see backs as well, and have that of points around it.
+#[test]
+fn sheets_shade_and_boxes_are_filled() {
+    let low = Vec3::new(-0.5, 0.0, 0.5);
+    let lid = |height: f32| quad(low + height * Vec3::Y, Vec3::X, -Vec3::Z);
+    let of = |scene: &Scene, invalid_share: f32| {
+        let with = TransferSettings {
+            invalid_share,
+            bounces: 2,
+            ..settings(0.2)
+        };
+        worked_out(scene, with)
+    };
+    for (height, most_off) in [(0.05, 0.8), (0.2, 0.0), (0.6, 0.0)] {
+        let mut sheet = floor(0.5);
+        add(&mut sheet, lambert(0.5), lid(height));
+        let [filled, own] = [0.25, 1.0].map(|share| of(&sheet, share));
+        let points = 0..own.lattice.points.len();
+        let off = points
+            .map(|point| (under_white(&filled, point) - under_white(&own, point)).abs())
+            .worst();
+        // Where less than a tenth of the rays gets past its edge, points are taken for enclosed.
+        println!("{off} off under a sheet at {height}");
+        assert!(off <= most_off, "{off} at {height}");
+
+        let (mut boxed, up) = (floor(0.5), height * Vec3::Y);
+        add(&mut boxed, lambert(0.5), lid(height));
+        for (corner, along) in [
+            (low, Vec3::X),
+            (low + Vec3::X, -Vec3::Z),
+            (low + Vec3::X - Vec3::Z, -Vec3::X),
+            (low - Vec3::Z, Vec3::Z),
+        ] {
+            add(&mut boxed, lambert(0.5), quad(corner, along, up));
+        }
+        let [filled, own] = [0.25, 1.0].map(|share| of(&boxed, share));
+        let mut inside = 0;
+        for (point, place) in own.lattice.points.iter().enumerate() {
+            let Vec3 { x, y, z } = place.position;
+            if y == 0.0 && x.abs().max(z.abs()) < 0.45 {
+                assert_eq!(under_white(&own, point), 0.0);
+                let found = under_white(&filled, point);
+                assert!(found > 1.0, "{found} in a box of height {height}");
+                inside += 1;
+            }
+        }
+        assert!(inside > 8 && filled.filled >= inside, "{inside} points");
+    }
+}

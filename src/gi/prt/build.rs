@@ -9,7 +9,7 @@ use std::f32::consts::PI;
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::fill::{fill, hang, stand_ins};
+use super::fill::{fill, hang, open_points, stand_ins};
 use super::lattice::Lattice;
 use super::lobes::Projector;
 use super::rays::{Rays, Sampling};
@@ -40,6 +40,10 @@ pub(super) const NOTHING: Met = Met {
 
 /// Hits of all rays of all points are kept from round to round where they have no more bytes.
 const MOST_KEPT_BYTES: usize = 2 << 30;
+/// A point that sees more open places than this share of its rays is not inside of something. Some
+/// rays get out of bodies, through gaps between triangles; and in creases of cloth points are a hair
+/// behind it.
+const REACHED: f32 = 0.1;
 /// What the progress is called.
 const TOLD: &str = "transfer";
 const TOLD_CLUSTERS: &str = "clusters of transfer";
@@ -63,7 +67,8 @@ pub(super) struct Builder<'s> {
 struct Shot {
     row: Vec<f32>,
     visibility: f32,
-    is_valid: bool,
+    /// So many of its rays end on back faces that it may be inside of something.
+    is_doubtful: bool,
 }
 
 impl<'s> Builder<'s> {
@@ -141,7 +146,15 @@ impl<'s> Builder<'s> {
             all.map_init(fresh, |hits, number| cast(number, hits))
                 .collect()
         };
-        let is_valid: Vec<bool> = shots.iter().map(|shot| shot.is_valid).collect();
+        let reaches = |number: usize, is_open: &[bool]| match keeps {
+            true => self.reaches(number, &kept[number * ray_count..][..ray_count], is_open),
+            false => {
+                let mut hits = vec![NOTHING; ray_count];
+                self.cast(number, &mut hits);
+                self.reaches(number, &hits, is_open)
+            }
+        };
+        let is_valid = open_points(shots.iter().map(|shot| shot.is_doubtful), reaches);
         let mut visibility: Vec<f32> = shots.iter().map(|shot| shot.visibility).collect();
         let mut last: Vec<f32> = Vec::with_capacity(points * self.stride);
         shots.iter().for_each(|shot| last.extend(&shot.row));
@@ -298,8 +311,29 @@ impl<'s> Builder<'s> {
         Shot {
             row,
             visibility: (visible / PI).min(1.0),
-            is_valid: backs as f32 <= self.settings.invalid_share * above as f32,
+            is_doubtful: backs as f32 > self.settings.invalid_share * above as f32,
         }
+    }
+
+    /// Whether a point sees the sky, or places all of whose points are open: then it is not inside
+    /// of something, however many back faces it sees. A sheet over it has a back as well.
+    fn reaches(&self, number: usize, hits: &[Met], is_open: &[bool]) -> bool {
+        let (mut above, mut reached) = (0, 0);
+        for (met, direction) in hits.iter().zip(self.directions(number)) {
+            if direction.is_none() {
+                continue;
+            }
+            above += 1;
+            let points = || {
+                let place = self
+                    .lattice
+                    .at(met.triangle, false, place_of(*met).to_array());
+                place.is_some_and(|at| at.iter().all(|(point, _)| is_open[*point as usize]))
+            };
+            let is_open = met.triangle == NO_TRIANGLE || (!met.is_back && points());
+            reached += u32::from(is_open);
+        }
+        reached as f32 > REACHED * above as f32
     }
 
     /// The transfer of the sky itself to a point, by the harmonics of a set of rays.

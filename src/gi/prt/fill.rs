@@ -3,6 +3,8 @@
 
 use std::collections::VecDeque;
 
+use rayon::prelude::*;
+
 use super::lattice::Hanging;
 
 /// Gives points that hang on an edge what the coarser triangle has there.
@@ -13,6 +15,26 @@ pub(super) fn hang(rows: &mut [f32], stride: usize, hanging: &[Hanging]) {
             let [a, b] = own.between.map(of);
             rows[own.point as usize * stride + at] = a + own.share * (b - a);
         }
+    }
+}
+
+/// Which points are not inside of something. Of those in doubt it is those that `reach` others which
+/// are not, where it is known of some that they are not; found step by step, since what is reached
+/// may have been in doubt as well.
+pub(super) fn open_points(
+    is_doubtful: impl Iterator<Item = bool>,
+    reaches: impl Fn(usize, &[bool]) -> bool + Sync,
+) -> Vec<bool> {
+    let mut is_open: Vec<bool> = is_doubtful.map(|is_doubtful| !is_doubtful).collect();
+    loop {
+        let found: Vec<usize> = (0..is_open.len())
+            .into_par_iter()
+            .filter(|point| !is_open[*point] && reaches(*point, &is_open))
+            .collect();
+        if found.is_empty() {
+            return is_open;
+        }
+        found.iter().for_each(|point| is_open[*point] = true);
     }
 }
 

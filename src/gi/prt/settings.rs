@@ -52,8 +52,8 @@ pub(super) const SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "invalid_share",
-        help: "a point of whose rays a larger share ends on back faces takes what its neighbours \
-               have; 1 keeps all",
+        help: "a point of whose rays a larger share ends on back faces, and that sees neither sky \
+               nor open places, takes what its neighbours have; 1 keeps all",
         unit: "",
         domain: Domain::Number {
             min: 0.05,

@@ -39,7 +39,8 @@ pub struct TransferSettings {
     pub bounces: u32,
     /// Backs of triangles have points too, where something is seen from there.
     pub has_backs: bool,
-    /// A point of whose rays a larger share ends on back faces takes what its neighbours have.
+    /// A point of whose rays a larger share ends on back faces, and that sees neither the sky nor
+    /// open places, takes what its neighbours have.
     pub invalid_share: f32,
     /// Emission and analytic lights have columns.
     pub has_lights: bool,
