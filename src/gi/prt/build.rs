@@ -41,8 +41,8 @@ pub(super) const NOTHING: Met = Met {
 /// Hits of all rays of all points are kept from round to round where they have no more bytes.
 const MOST_KEPT_BYTES: usize = 2 << 30;
 /// A point that sees more open places than this share of its rays is not inside of something. Some
-/// rays get out of bodies, through gaps between triangles; and in creases of cloth points are a hair
-/// behind it.
+/// rays get out of bodies, through gaps between triangles; and in creases of cloth points are a
+/// hair behind it.
 const REACHED: f32 = 0.1;
 /// What the progress is called.
 const TOLD: &str = "transfer";
