@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use glam::{DVec3, Vec3};
+use glam::{DQuat, DVec3, Vec3};
 use lumivox::frame::Renderer;
 use lumivox::image::{Aov, Image};
 use lumivox::render::GpuScene;
@@ -147,6 +147,23 @@ fn lookups_keep_the_light_and_are_means_of_cones() {
             println!("{name}, {solid_angle} sr: {:.4} of the light", found / all);
             let bar = if name == "one texel" { 0.11 } else { 0.02 };
             assert!((found / all - 1.0).abs() < bar, "{name}: {found} for {all}");
+        }
+        // The map is folded open at the planes of its axes: both sides of a fold are one place.
+        let turn = DQuat::from_rotation_y(33f64.to_radians());
+        for solid_angle in [0.003, 0.03, 0.2, 0.85] {
+            for at in 0..300 {
+                let place = 2.0 * f64::from(random.unit()) - 1.0;
+                let sides = [1e-6, -1e-6].map(|off| {
+                    let mut beside = [1.0, place, -place];
+                    beside.rotate_right(at % 3);
+                    beside[(at + 1 + at / 3 % 2) % 3] = off;
+                    let direction = turn * DVec3::from(beside).normalize();
+                    let up = if at % 2 == 0 { 1.0 } else { -1.0 };
+                    f64::from(uploaded.environment.around(up * direction, solid_angle).y)
+                });
+                let step = (sides[0] - sides[1]).abs();
+                assert!(step <= 1e-3 * all / (2.0 * TAU), "{name}: {sides:?}");
+            }
         }
         if name == "half" {
             // Across the edge as far as a cone of 60° reaches.
