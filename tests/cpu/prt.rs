@@ -757,3 +757,32 @@ fn sheets_shade_and_boxes_are_filled() {
         assert!(inside > 8 && filled.filled >= inside, "{inside} points");
     }
 }
+
+/// A ceiling over an open floor has what the floor reflects, not what it would reflect itself: the
+/// floor has the sky's light, and the ceiling has next to none of it.
+#[test]
+fn ceilings_are_lit_by_floors() {
+    let mut scene = floor(0.5);
+    let low = Vec3::new(-0.3, 0.5, -0.3);
+    add(
+        &mut scene,
+        lambert(0.5),
+        quad(low, 0.6 * Vec3::X, 0.6 * Vec3::Z),
+    );
+    let [once, twice] = [1, 2].map(|bounces| {
+        let with = TransferSettings {
+            bounces,
+            ..settings(0.25)
+        };
+        worked_out(&scene, with)
+    });
+    let mut seen = 0;
+    for (point, place) in once.lattice.points.iter().enumerate() {
+        if place.normal.y < -0.5 {
+            let more = under_white(&twice, point) - under_white(&once, point);
+            assert!((0.7..1.4).contains(&more), "{more} from the floor");
+            seen += 1;
+        }
+    }
+    assert!(seen > 8, "{seen} points");
+}
