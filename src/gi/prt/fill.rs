@@ -18,9 +18,9 @@ pub(super) fn hang(rows: &mut [f32], stride: usize, hanging: &[Hanging]) {
     }
 }
 
-/// Which points are not inside of something. Of those in doubt it is those that `reach` others which
-/// are not, where it is known of some that they are not; found step by step, since what is reached
-/// may have been in doubt as well.
+/// Which points are not inside of something. Of those in doubt it is those that `reach` others
+/// which are not, where it is known of some that they are not; found step by step, since what is
+/// reached may have been in doubt as well.
 pub(super) fn open_points(
     is_doubtful: impl Iterator<Item = bool>,
     reaches: impl Fn(usize, &[bool]) -> bool + Sync,
