@@ -159,7 +159,7 @@ fn lookups_keep_the_light_and_are_means_of_cones() {
                     beside[(at + 1 + at / 3 % 2) % 3] = off;
                     let direction = turn * DVec3::from(beside).normalize();
                     let up = if at % 2 == 0 { 1.0 } else { -1.0 };
-                    f64::from(uploaded.environment.around(up * direction, solid_angle).y)
+                    uploaded.environment.around(up * direction, solid_angle).y
                 });
                 let step = (sides[0] - sides[1]).abs();
                 assert!(step <= 1e-3 * all / (2.0 * TAU), "{name}: {sides:?}");
