@@ -1,28 +1,27 @@
 //! One-pass voxelization: triangles to fragments, fragments to voxels.
 
+mod fragments;
+mod index;
 pub mod list;
 pub mod passes;
+mod resolve;
 pub mod settings;
 
-use std::ops::Range;
 use std::sync::Arc;
 
 use glam::{IVec3, UVec3, Vec3};
 
-use crate::gi::shared::voxel::build::passes::{
-    COUNT_BLOCKS, CountParams, FRAGMENTS_COMPUTE, FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW, Fragment,
-    FragmentParams, INDEX_BLOCKS, LINK_FRAGMENTS, LinkParams, RESOLVE_VOXELS, RUNNING_AVERAGE,
-    ResolveParams, SCAN_GROUPS, ScanParams, Voxel,
-};
-use crate::gi::shared::voxel::build::settings::{Accumulation, Method, Surface, VoxelSettings};
+use crate::gi::shared::voxel::build::passes::{Fragment, Voxel};
+use crate::gi::shared::voxel::build::settings::{Method, VoxelSettings};
 use crate::gi::shared::voxel::{Lattice, VoxelBox, VoxelGrid};
-use crate::graph::compute::linear_groups;
 use crate::graph::{
-    BatchDispatch, Buffer, BufferDesc, BufferUsage, DrawBatch, Error, Frame, FrameStats, Gpu,
-    Image, ImageDesc, ImageKind, ImageUsage, Owner, Targets, vk,
+    Buffer, BufferDesc, BufferUsage, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind,
+    ImageUsage, Owner, vk,
 };
-use crate::render::{GpuScene, TextureUse};
+use crate::render::GpuScene;
 use crate::scene::Batch;
+
+pub(super) use self::index::{GridBuffers, add_index};
 
 /// The occupied voxels of a scene.
 #[derive(Clone)]
@@ -84,27 +83,6 @@ impl Triangles {
                 || scene.is_dynamic(batch.material) == (self == Triangles::Dynamic)
         };
         scene.batches.iter().filter(has).copied().collect()
-    }
-}
-
-/// What depends on the grid alone.
-#[derive(Clone)]
-pub(super) struct GridBuffers {
-    pub(super) occupancy: Arc<Buffer>,
-    pub(super) block_bases: Arc<Buffer>,
-    group_sums: Arc<Buffer>,
-    pub(super) counters: Arc<Buffer>,
-}
-
-impl GridBuffers {
-    pub(super) fn new(gpu: &Gpu, grid: VoxelGrid) -> Result<Self, Error> {
-        let blocks = u64::from(grid.block_count());
-        Ok(GridBuffers {
-            occupancy: buffer(gpu, "voxel.occupancy", 8 * blocks)?,
-            block_bases: buffer(gpu, "voxel.block_bases", 4 * blocks)?,
-            group_sums: buffer(gpu, "voxel.group_sums", 4 * blocks.div_ceil(1024))?,
-            counters: buffer(gpu, "voxel.counters", 12)?,
-        })
     }
 }
 
@@ -338,284 +316,6 @@ impl Voxelizer {
     pub(super) fn whole(&self) -> VoxelBox {
         VoxelBox::cube(IVec3::ZERO, self.grid.resolution)
     }
-
-    /// Fragments of some triangles in some voxels of the grid into `[occupancy, fragments,
-    /// emission, counters]`, those beyond `capacity` counted only.
-    pub(super) fn add_fragments(
-        &self,
-        frame: &mut Frame,
-        scene: &GpuScene,
-        batches: &[Batch],
-        clip: VoxelBox,
-        [occupancy, fragments, emission, counters]: [&Arc<Buffer>; 4],
-        capacity: u32,
-    ) {
-        // For a part of the grid, the batches are short runs of triangles.
-        let alike = if clip == self.whole() {
-            1
-        } else {
-            batches
-                .iter()
-                .map(|batch| batch.triangle_count.div_ceil(64))
-                .sum()
-        };
-        let [clip_x, clip_y, clip_z] =
-            (clip.low.as_uvec3() | (clip.end - 1).as_uvec3() << 16u32).to_array();
-        let params = |batch: &Batch| FragmentParams {
-            origin_inverse_size: self
-                .whole_origin
-                .extend(1.0 / self.grid.voxel_size)
-                .to_array(),
-            first_voxel: self.first_voxel.as_vec3().extend(self.grains).to_array(),
-            resolution: self.grid.resolution,
-            first_triangle: batch.first_triangle,
-            triangle_count: batch.triangle_count,
-            material: batch.material,
-            capacity,
-            emission_unit: scene.largest_emission.max(f32::MIN_POSITIVE),
-            clip_x,
-            clip_y,
-            clip_z,
-        };
-        // A material pays for the textures that it has: one variant for each kind.
-        for kind in [TextureUse::None, TextureUse::Textured, TextureUse::Masked] {
-            let is_of = |batch: &&Batch| scene.texture_use[batch.material as usize] == kind;
-            let batches: Vec<_> = batches.iter().filter(is_of).collect();
-            if batches.is_empty() {
-                continue;
-            }
-            let pass = match self.settings.method {
-                Method::Compute => &FRAGMENTS_COMPUTE,
-                Method::Raster => &FRAGMENTS_RASTER,
-                Method::RasterHw => &FRAGMENTS_RASTER_HW,
-            };
-            let builder = frame
-                .pass(pass)
-                .bind("occupancy", occupancy)
-                .bind("fragments", fragments)
-                .bind("fragment_emission", emission)
-                .bind("fragment_count", counters)
-                .constant("EMISSIVE", scene.is_emissive)
-                .constant("MASKED", kind == TextureUse::Masked)
-                .constant("TEXTURED", kind != TextureUse::None)
-                .constant("THIN", self.settings.surface == Surface::Thin);
-            if self.settings.method == Method::Compute {
-                let dispatch = |batch: &&Batch| BatchDispatch {
-                    material: batch.material,
-                    push: bytemuck::bytes_of(&params(batch)).to_vec(),
-                    groups: self.triangle_groups(batch.triangle_count, alike),
-                };
-                builder.dispatch_batches(batches.iter().map(dispatch).collect());
-            } else {
-                let draw = |batch: &&Batch| DrawBatch {
-                    material: batch.material,
-                    push: bytemuck::bytes_of(&params(batch)).to_vec(),
-                    first_vertex: 0,
-                    vertex_count: 3 * batch.triangle_count,
-                    ..Default::default()
-                };
-                builder.draw(
-                    Targets::none([self.grid.resolution; 2]),
-                    batches.iter().map(draw).collect(),
-                );
-            }
-        }
-    }
-
-    /// Workgroups of 64 triangles, and how many share the columns of the same triangles where there
-    /// are few: of the batch, or of many small ones `alike`.
-    fn triangle_groups(&self, triangle_count: u32, alike: u32) -> [u32; 3] {
-        let groups = triangle_count.div_ceil(64);
-        let sharing = (64 / groups.max(alike)).clamp(1, self.grid.resolution.pow(2).div_ceil(256));
-        [groups, sharing.max(self.sharing), 1]
-    }
-
-    fn resolve(
-        &self,
-        gpu: &Gpu,
-        scene: &GpuScene,
-        which: Triangles,
-        GridBuffers {
-            occupancy,
-            block_bases,
-            ..
-        }: &GridBuffers,
-        [fragments, emission]: [Arc<Buffer>; 2],
-        [fragment_count, voxel_count]: [u32; 2],
-    ) -> Result<(Voxels, FragmentLists, FrameStats), Error> {
-        let is_dynamic = which == Triangles::Static;
-        let capacity = u64::from(voxel_count)
-            + if is_dynamic {
-                u64::from(self.dynamic_room[1])
-            } else {
-                0
-            };
-        let heads = buffer(gpu, "voxel.heads", 4 * capacity)?;
-        let records = buffer(gpu, "voxel.records", size_of::<Voxel>() as u64 * capacity)?;
-        let voxel_emission = scene
-            .is_emissive
-            .then(|| buffer(gpu, "voxel.emission", 16 * capacity))
-            .transpose()?;
-        let faces = self
-            .settings
-            .faces
-            .map(|_| buffer(gpu, "voxel.faces", 8 * capacity))
-            .transpose()?;
-        let running = self.settings.accumulation == Accumulation::RunningAverage;
-        let averages = if running {
-            average_image(gpu, self.grid.resolution)?
-        } else {
-            Arc::clone(&self.no_image)
-        };
-        let mut frame = Frame::new();
-        frame.fill("voxel.clear", &heads, 0);
-        if running {
-            let link = LinkParams {
-                resolution: self.grid.resolution,
-                fragment_count,
-                first_fragment: 0,
-            };
-            frame.clear_image("voxel.clear", &averages, 0);
-            frame
-                .pass(&RUNNING_AVERAGE)
-                .bind("fragments", &fragments)
-                .bind("averages", &averages)
-                .push(&link)
-                .dispatch(linear_groups(fragment_count));
-        }
-        let (occupancy, block_bases) = (Arc::clone(occupancy), Arc::clone(block_bases));
-        let lists = FragmentLists {
-            fragments,
-            emission,
-            heads,
-        };
-        let (grid, lattice, emission, hidden_count) =
-            (self.grid, self.grid.lattice(), voxel_emission, 0);
-        let voxels = Voxels {
-            grid,
-            lattice,
-            occupancy,
-            block_bases,
-            records,
-            emission,
-            faces,
-            voxel_count,
-            hidden_count,
-            fragment_count,
-            is_dynamic,
-        };
-        self.add_resolve(
-            &mut frame,
-            scene,
-            &voxels,
-            &lists,
-            &averages,
-            [0..fragment_count, 0..voxel_count],
-        );
-        let stats = gpu.submit(frame)?;
-        Ok((voxels, lists, stats))
-    }
-
-    /// A range of fragments into lists, and a range of voxels from their lists to records.
-    fn add_resolve(
-        &self,
-        frame: &mut Frame,
-        scene: &GpuScene,
-        voxels: &Voxels,
-        lists: &FragmentLists,
-        averages: &Arc<Image>,
-        [fragments, slots]: [Range<u32>; 2],
-    ) {
-        let running = self.settings.accumulation == Accumulation::RunningAverage;
-        let (fragment_count, voxel_count) = (fragments.len() as u32, slots.len() as u32);
-        frame
-            .pass(&LINK_FRAGMENTS)
-            .bind("occupancy", &voxels.occupancy)
-            .bind("block_bases", &voxels.block_bases)
-            .bind("fragments", &lists.fragments)
-            .bind("heads", &lists.heads)
-            .push(&LinkParams {
-                resolution: self.grid.resolution,
-                fragment_count,
-                first_fragment: fragments.start,
-            })
-            .dispatch(linear_groups(fragment_count));
-        frame
-            .pass(&RESOLVE_VOXELS)
-            .bind("fragments", &lists.fragments)
-            .bind("fragment_emission", &lists.emission)
-            .bind("heads", &lists.heads)
-            .bind("voxels", &voxels.records)
-            .bind(
-                "voxel_emission",
-                voxels.emission.as_ref().unwrap_or(&self.nothing),
-            )
-            .bind("averages", averages)
-            .bind(
-                "voxel_faces",
-                voxels.faces.as_ref().unwrap_or(&self.nothing),
-            )
-            .constant("EMISSIVE", scene.is_emissive)
-            .constant("COVERAGE", self.settings.coverage)
-            .constant("RUNNING", running)
-            .constant("FACES", self.settings.faces.map_or(0, |faces| faces as u32))
-            .push(&ResolveParams {
-                voxel_count,
-                emission_unit: scene.largest_emission.max(f32::MIN_POSITIVE),
-                first_voxel: slots.start,
-            })
-            .dispatch(linear_groups(voxel_count));
-    }
-
-    /// The same for dynamic geometry.
-    pub(super) fn add_dynamic_resolve(
-        &self,
-        frame: &mut Frame,
-        scene: &GpuScene,
-        voxels: &Voxels,
-        lists: &FragmentLists,
-        ranges: [Range<u32>; 2],
-    ) {
-        self.add_resolve(frame, scene, voxels, lists, &self.no_image, ranges);
-    }
-}
-
-/// Compact indices from occupancy.
-pub(super) fn add_index(
-    frame: &mut Frame,
-    grid: VoxelGrid,
-    GridBuffers {
-        occupancy,
-        block_bases,
-        group_sums,
-        counters,
-    }: &GridBuffers,
-) {
-    let block_count = grid.block_count();
-    let (groups, group_count) = (
-        linear_groups(block_count.div_ceil(16)),
-        block_count.div_ceil(1024),
-    );
-    let params = CountParams { block_count };
-    frame
-        .pass(&COUNT_BLOCKS)
-        .bind("occupancy", occupancy)
-        .bind("group_sums", group_sums)
-        .push(&params)
-        .dispatch(groups);
-    frame
-        .pass(&SCAN_GROUPS)
-        .bind("group_sums", group_sums)
-        .bind("voxel_count", counters)
-        .push(&ScanParams { group_count })
-        .dispatch([1, 1, 1]);
-    frame
-        .pass(&INDEX_BLOCKS)
-        .bind("occupancy", occupancy)
-        .bind("group_sums", group_sums)
-        .bind("block_bases", block_bases)
-        .push(&params)
-        .dispatch(groups);
 }
 
 fn require(gpu: &Gpu, method: Method) -> Result<(), Error> {
