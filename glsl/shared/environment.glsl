@@ -4,6 +4,7 @@
 
 #include "shared/frame.glsl"
 #include "shared/packing.glsl"
+#include "shared/sky.glsl"
 
 layout(set = 0, binding = 11) uniform texture2D sky;
 
@@ -15,9 +16,8 @@ vec3 sky_in_level(vec2 place, float level) {
     return textureLod(sampler2D(sky, linear_clamp), uv, level).rgb;
 }
 
-// Mean radiance [W/(m² sr)] of about a solid angle [sr] around a unit direction.
-vec3 environment_around(vec3 direction, float solid_angle) {
-    if (frame.environment.w == 0.0) return frame.environment.rgb;
+// Mean radiance [W/(m² sr)] of a map of about a solid angle [sr] around a unit direction.
+vec3 sky_around(vec3 direction, float solid_angle) {
     vec2 turn = frame.sky.xy;
     vec3 turned = vec3(turn.x * direction.x - turn.y * direction.z, direction.y,
         turn.y * direction.x + turn.x * direction.z);
@@ -30,6 +30,12 @@ vec3 environment_around(vec3 direction, float solid_angle) {
     vec2 place = octahedral_from_unit(turned.xzy);
     vec3 finer = sky_in_level(place, floor(level)), coarser = sky_in_level(place, ceil(level));
     return frame.environment.rgb * mix(finer, coarser, fract(level));
+}
+
+// Mean radiance [W/(m² sr)] of about a solid angle [sr] around a unit direction.
+vec3 environment_around(vec3 direction, float solid_angle) {
+    if (SKY) return sky_around(direction, solid_angle);
+    return frame.environment.rgb;
 }
 
 // The environment along one of `count` rays over all directions.

@@ -114,6 +114,8 @@ pub(super) struct PassCall {
     pub(super) pass: &'static Pass,
     pub(super) resources: Vec<Resource>,
     pub(super) constants: Vec<u32>,
+    /// Whether the environment is a map, where the frame has a scene.
+    pub(super) sky: Option<bool>,
     pub(super) push: Vec<u8>,
     pub(super) scene: Option<Arc<SceneSet>>,
     pub(super) materials: Option<MaterialSets>,
@@ -384,6 +386,7 @@ impl<'f> PassBuilder<'f> {
             pass,
             resources,
             constants: constants.collect(),
+            sky: frame.has_sky(),
             push,
             scene,
             materials,

@@ -369,4 +369,9 @@ impl Frame {
         );
         (scene, materials)
     }
+
+    /// Whether the environment of its scene is a map.
+    pub(super) fn has_sky(&self) -> Option<bool> {
+        self.scene.as_ref().map(|scene| scene.has_sky)
+    }
 }

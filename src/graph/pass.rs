@@ -5,6 +5,10 @@ use ash::vk;
 use super::Access;
 use crate::shader::StructLayout;
 
+/// Number of the specialization constant that passes have besides those which they declare: whether
+/// the environment of the frame's scene is a map (`shared/sky.glsl`).
+pub const SKY: u32 = 64;
+
 /// One pass: its name, shaders, bindings (set 1) and parameters. The same name is its label, timer
 /// and column in reports.
 #[derive(Debug)]

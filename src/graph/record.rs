@@ -12,7 +12,7 @@ use super::Access;
 use super::builder::{PassCall, Run, Target};
 use super::frame::{Frame, Resource, Step, Work};
 use super::journal::{Issued, IssuedBarrier, Touch};
-use super::pass::{BindingKind, Pass, Shaders};
+use super::pass::{BindingKind, Pass, SKY, Shaders};
 use super::plan::Barrier;
 use super::sets::SharedSets;
 use crate::shader::{self, Interface};
@@ -25,17 +25,25 @@ use crate::vulkan::{
 /// shaders or targets.
 type PassKey = (usize, bool);
 
-/// A pass, and specialization constants.
-type PipelineKey = (PassKey, Vec<u32>);
+/// A pass, and the numbers and values of specialization constants.
+type PipelineKey = (PassKey, Vec<(u32, u32)>);
 
 fn key_of(call: &PassCall) -> PassKey {
     (std::ptr::from_ref(call.pass).addr(), call.queries())
 }
 
+/// Layouts of a pass's own set and of its pipelines.
+struct Layouts {
+    set: Arc<SetLayout>,
+    pipeline: Arc<PipelineLayout>,
+    /// Whether any of its shaders asks if the environment is a map.
+    asks_for_sky: bool,
+}
+
 /// Pipelines by pass and specialization constants, made when first used.
 #[derive(Default)]
 pub(super) struct Pipelines {
-    layouts: HashMap<PassKey, (Arc<SetLayout>, Arc<PipelineLayout>)>,
+    layouts: HashMap<PassKey, Layouts>,
     pipelines: HashMap<PipelineKey, (&'static Pass, Arc<Pipeline>)>,
     /// Modules that stand in for the embedded ones.
     modules: HashMap<String, Vec<u32>>,
@@ -52,12 +60,12 @@ impl Pipelines {
         self.modules.keys().map(String::as_str)
     }
 
-    fn layout(
+    fn layouts(
         &mut self,
         device: &Arc<Device>,
         shared: &SharedSets,
         call: &PassCall,
-    ) -> Result<&(Arc<SetLayout>, Arc<PipelineLayout>), Error> {
+    ) -> Result<&Layouts, Error> {
         let (key, pass) = (key_of(call), call.pass);
         match self.layouts.entry(key) {
             Entry::Occupied(known) => Ok(known.into_mut()),
@@ -68,13 +76,22 @@ impl Pipelines {
                     .map(|binding| binding.descriptor_type(key.1))
                     .collect();
                 let set = SetLayout::new(device, pass.name, &kinds)?;
-                let layout = PipelineLayout::new(
+                let pipeline = PipelineLayout::new(
                     device,
                     pass.name,
                     &[&shared.scene, &set, &shared.material],
                     pass.push_bytes() as u32,
                 )?;
-                Ok(new.insert((set, layout)))
+                let mut asks_for_sky = false;
+                for (_, stem) in pass.modules(key.1) {
+                    let interface = Interface::of(&shader::words(&stem)?);
+                    asks_for_sky |= interface.is_some_and(|one| one.has_constant(SKY));
+                }
+                Ok(new.insert(Layouts {
+                    set,
+                    pipeline,
+                    asks_for_sky,
+                }))
             }
         }
     }
@@ -85,19 +102,19 @@ impl Pipelines {
         shared: &SharedSets,
         call: &PassCall,
     ) -> Result<Arc<Pipeline>, Error> {
-        let key = (key_of(call), call.constants.clone());
+        let layouts = self.layouts(device, shared, call)?;
+        let sky = call.sky.filter(|_| layouts.asks_for_sky);
+        let constants = (0..)
+            .zip(call.constants.iter().copied())
+            .chain(sky.map(|sky| (SKY, u32::from(sky))));
+        let key = (key_of(call), constants.collect());
         if let Some((_, pipeline)) = self.pipelines.get(&key) {
             return Ok(Arc::clone(pipeline));
         }
-        let layout = Arc::clone(&self.layout(device, shared, call)?.1);
+        let layout = Arc::clone(&self.layouts(device, shared, call)?.pipeline);
         let modules = call.pass.modules(call.queries());
-        let pipeline = create_pipeline(
-            device,
-            (call.pass, modules),
-            &layout,
-            &self.modules,
-            &call.constants,
-        )?;
+        let pipeline =
+            create_pipeline(device, (call.pass, modules), &layout, &self.modules, &key.1)?;
         self.pipelines
             .insert(key, (call.pass, Arc::clone(&pipeline)));
         Ok(pipeline)
@@ -129,13 +146,13 @@ impl Pipelines {
         for (key, (pass, _)) in &self.pipelines {
             let used = pass.modules(key.0.1);
             if used.iter().any(|(_, used)| used == stem)
-                && let Some((_, layout)) = self.layouts.get(&key.0)
+                && let Some(layouts) = self.layouts.get(&key.0)
             {
                 made.push((
                     key.clone(),
                     (
                         *pass,
-                        create_pipeline(device, (pass, used), layout, &modules, &key.1)?,
+                        create_pipeline(device, (pass, used), &layouts.pipeline, &modules, &key.1)?,
                     ),
                 ));
             }
@@ -152,7 +169,7 @@ fn create_pipeline(
     (pass, used): (&Pass, Vec<(vk::ShaderStageFlags, String)>),
     layout: &Arc<PipelineLayout>,
     replaced: &HashMap<String, Vec<u32>>,
-    constants: &[u32],
+    constants: &[(u32, u32)],
 ) -> Result<Arc<Pipeline>, Error> {
     let words = |stem: &str| {
         replaced
@@ -221,7 +238,7 @@ impl Recorder<'_> {
         for step in &frame.steps[steps.clone()] {
             if let Work::Pass(call) = &step.work {
                 layouts.push(Arc::clone(
-                    &self.pipelines.layout(self.device, self.shared, call)?.0,
+                    &self.pipelines.layouts(self.device, self.shared, call)?.set,
                 ));
             }
         }
@@ -340,7 +357,7 @@ impl Recorder<'_> {
 
     fn pass(&mut self, call: &PassCall, pool: &DescriptorPool) -> Result<(), Error> {
         let pipeline = self.pipelines.pipeline(self.device, self.shared, call)?;
-        let set_layout = Arc::clone(&self.pipelines.layout(self.device, self.shared, call)?.0);
+        let set_layout = Arc::clone(&self.pipelines.layouts(self.device, self.shared, call)?.set);
         let (descriptors, [color, depth]) = (descriptors(call)?, attachments(&call.run)?);
         if let Some(notes) = &mut self.notes {
             notes.push(issued(call, &descriptors, [&color, &depth]));

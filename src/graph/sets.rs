@@ -27,7 +27,8 @@ pub struct SceneBindings {
     pub materials: Arc<Buffer>,
     /// Binding 10: the lights.
     pub lights: Arc<Buffer>,
-    /// Binding 11: the environment by direction, an image that is only read from now on.
+    /// Binding 11: the environment by direction, an image that is only read from now on; one texel
+    /// where it is the same from everywhere, and then [`super::SKY`] is false.
     pub sky: Arc<Image>,
 }
 
@@ -38,6 +39,8 @@ pub struct SceneSet {
     pub(super) raw: vk::DescriptorSet,
     /// The storage buffers; every pass that uses the set reads them.
     pub(super) storage: [Arc<Buffer>; 7],
+    /// Whether the environment is a map.
+    pub(super) has_sky: bool,
     _frame_uniform: Arc<Buffer>,
     _sky: Arc<Image>,
     _shared: Arc<SharedSets>,
@@ -149,6 +152,7 @@ impl SceneSet {
         Ok(Arc::new(SceneSet {
             raw,
             storage,
+            has_sky: sky.extent(0) != [1; 3],
             _frame_uniform: Arc::clone(&bindings.frame_uniform),
             _sky: Arc::clone(sky),
             _shared: Arc::clone(shared),

@@ -126,6 +126,19 @@ impl GpuEnvironment {
     pub(super) fn image(&self) -> Option<&Arc<Image>> {
         self.map.as_ref().map(|map| &map.image)
     }
+
+    /// The image of the map, or where there is none a texel that nothing reads.
+    pub(super) fn image_or_none(&self, gpu: &Gpu) -> Result<Arc<Image>, Error> {
+        if let Some(image) = self.image() {
+            return Ok(Arc::clone(image));
+        }
+        let level = Level {
+            edge: 1,
+            texels: vec![Vec3::ZERO],
+            solid_angles: Vec::new(),
+        };
+        upload(gpu, &[level], 1.0)
+    }
 }
 
 impl Map {
@@ -143,16 +156,6 @@ impl Map {
             exponent,
         })
     }
-}
-
-/// A texel that nothing reads, for where there is no map.
-pub(super) fn no_map(gpu: &Gpu) -> Result<Arc<Image>, Error> {
-    let level = Level {
-        edge: 1,
-        texels: vec![Vec3::ZERO],
-        solid_angles: Vec::new(),
-    };
-    upload(gpu, &[level], 1.0)
 }
 
 fn upload(gpu: &Gpu, levels: &[Level], factor: f32) -> Result<Arc<Image>, Error> {

@@ -7,7 +7,7 @@ use bytemuck::cast_slice;
 use glam::Vec3;
 
 use super::emitters::{Emitter, emitters};
-use super::environment::{self, GpuEnvironment};
+use super::environment::GpuEnvironment;
 use super::grid::Grid;
 use super::lights::views::{LightCascades, ViewRanges};
 use super::mean_normals::levels_of_means;
@@ -347,10 +347,7 @@ impl GpuScene {
                 "scene.lights",
                 cast_slice(&gpu_lights(&scene.lights, LightCascades::ONE)),
             )?,
-            sky: match environment.image() {
-                Some(image) => Arc::clone(image),
-                None => environment::no_map(gpu)?,
-            },
+            sky: environment.image_or_none(gpu)?,
         };
         let set = gpu.create_scene_set(&buffers)?;
         let dynamic = DynamicGeometry::new(gpu, scene)?;
@@ -467,10 +464,12 @@ impl GpuScene {
         environment: &Environment,
     ) -> Result<(), Error> {
         let environment = GpuEnvironment::new(gpu, environment, Some(&self.environment))?;
-        if let Some(image) = environment.image()
-            && !Arc::ptr_eq(image, &self.buffers.sky)
-        {
-            self.buffers.sky = Arc::clone(image);
+        let is_same = match environment.image() {
+            Some(image) => Arc::ptr_eq(image, &self.buffers.sky),
+            None => self.environment.image().is_none(),
+        };
+        if !is_same {
+            self.buffers.sky = environment.image_or_none(gpu)?;
             self.set = gpu.create_scene_set(&self.buffers)?;
         }
         self.environment = environment;

@@ -87,6 +87,11 @@ impl Interface {
         Some(found)
     }
 
+    /// Whether it has a specialization constant of this number.
+    pub fn has_constant(&self, number: u32) -> bool {
+        self.spec_ids.contains(&number)
+    }
+
     /// What differs from another module's interface, in words; `None` where nothing does.
     pub fn difference(&self, other: &Interface) -> Option<&'static str> {
         if self.stage != other.stage {
@@ -120,7 +125,7 @@ mod tests {
         assert!(
             !composite.descriptors.is_empty()
                 && composite.stage.len() == 4
-                && composite.spec_ids.len() == 2
+                && composite.spec_ids.len() == 3
         );
         assert_eq!(
             composite.difference(&interface("render/screen/gbuffer.frag")),

@@ -75,7 +75,7 @@ impl Pipeline {
         name: &str,
         layout: &Arc<PipelineLayout>,
         words: &[u32],
-        constants: &[u32],
+        constants: &[(u32, u32)],
     ) -> Result<Arc<Self>, Error> {
         let module = Module::new(device, name, words)?;
         let constants = Constants::new(constants);
@@ -105,7 +105,7 @@ impl Pipeline {
         name: &str,
         layout: &Arc<PipelineLayout>,
         desc: &GraphicsDesc<'_>,
-        constants: &[u32],
+        constants: &[(u32, u32)],
     ) -> Result<Arc<Self>, Error> {
         let constants = Constants::new(constants);
         let specialization = constants.info();
@@ -263,25 +263,26 @@ impl Drop for Module {
     }
 }
 
-/// Specialization constants 0, 1, 2, … of 32 bits each.
+/// Specialization constants by number, of 32 bits each.
 struct Constants {
     entries: Vec<vk::SpecializationMapEntry>,
     data: Vec<u8>,
 }
 
 impl Constants {
-    fn new(values: &[u32]) -> Self {
+    fn new(constants: &[(u32, u32)]) -> Self {
         let entries = (0u32..)
-            .zip(values)
-            .map(|(id, _)| vk::SpecializationMapEntry {
-                constant_id: id,
-                offset: id * 4,
+            .zip(constants)
+            .map(|(place, (id, _))| vk::SpecializationMapEntry {
+                constant_id: *id,
+                offset: place * 4,
                 size: 4,
             })
             .collect();
+        let values = constants.iter().flat_map(|(_, value)| value.to_ne_bytes());
         Constants {
             entries,
-            data: bytemuck::cast_slice(values).to_vec(),
+            data: values.collect(),
         }
     }
 

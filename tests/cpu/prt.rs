@@ -512,6 +512,32 @@ fn clusters_rebuild_rows_of_low_rank() {
     assert!(all < 1e-4 && less > 1e-2);
 }
 
+/// Two lines that stand across: rows at the end of one are nearest to the middle of the other, and
+/// are rebuilt by their own.
+#[test]
+fn rows_go_to_the_cluster_that_rebuilds_them() {
+    let mut random = Random::new(12);
+    let (stride, count) = (12, 1000);
+    let mut rows = vec![0.0; count * stride];
+    for (at, row) in rows.chunks_exact_mut(stride).enumerate() {
+        let along = 20.0 * (random.unit() - 0.5);
+        if at % 2 == 0 {
+            row[0] = along;
+        } else {
+            (row[0], row[1]) = (6.0, along);
+        }
+    }
+    let settings = CompressSettings {
+        clusters: 2,
+        vectors: 1,
+    };
+    let compressed = Compressed::new(&rows, stride, settings);
+    let size: f64 = rows.iter().map(|value| f64::from(*value).powi(2)).sum();
+    let off = (squared_off(&rows, stride, &compressed) / size).sqrt();
+    println!("off by {off:.1e} of their length");
+    assert!(off < 1e-5);
+}
+
 /// Fewer rows than clusters, rows that are all the same, and none at all.
 #[test]
 fn few_rows_make_few_clusters() {

@@ -2,6 +2,8 @@
 #ifndef LUMIVOX_LPV_DIRECTIONS
 #define LUMIVOX_LPV_DIRECTIONS
 
+#include "shared/sky.glsl"
+
 struct Direction {
     vec4 travel;     // xyz: unit vector; w: weight [sr]
     vec4 sky;        // rgb: radiance of a map [in steps of the scale]; black where there is none
@@ -9,7 +11,8 @@ struct Direction {
 
 // What cells have along a direction, where alpha is the share of the environment that arrives.
 vec4 with_sky(Direction direction, vec4 stored) {
-    return vec4(stored.rgb + stored.a * direction.sky.rgb, stored.a);
+    if (SKY) stored.rgb += stored.a * direction.sky.rgb;
+    return stored;
 }
 
 #endif

@@ -1,0 +1,8 @@
+// Whether the environment is a map. Passes do not declare this constant: the graph sets it from the
+// scene of the frame (Rust: graph::SKY).
+#ifndef LUMIVOX_SKY
+#define LUMIVOX_SKY
+
+layout(constant_id = 64) const bool SKY = true;
+
+#endif
