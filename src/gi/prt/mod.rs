@@ -21,6 +21,7 @@ pub mod fill;
 pub mod fold;
 pub mod glossy;
 pub mod lattice;
+mod left_out;
 pub mod light;
 pub mod lit;
 pub mod lobes;
@@ -49,11 +50,10 @@ use super::inspect::ViewRow;
 use super::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
 use crate::render::{GBuffer, GpuScene, Receivers};
-use crate::scene::rays::corners;
 use crate::scene::{Light, Scene};
 use glossy::Glossy;
+use left_out::{warn_of_mirrors, warn_of_vectors};
 use light::Lights;
-use lobes::LobeSettings;
 use points::Points;
 use seen::Seen;
 use settings::{PRESETS, RULES, SETTINGS};
@@ -162,7 +162,7 @@ impl Prt {
         let clamps = settings.is("negative", "clamp");
         match transfer.lobes {
             None => warn_of_vectors(scene),
-            Some(lobes) => warn_of_mirrors(scene, lobes),
+            Some(lobes) => warn_of_mirrors(scene, lobes, context.size),
         }
         let glossy = (transfer.lobes)
             .map(|lobes| Glossy::new(gpu, scene, context.size, (lobes, clamps)))
@@ -267,45 +267,6 @@ impl Prt {
                 false => need.to_owned(),
             },
         })
-    }
-}
-
-/// Says what vectors of transfer leave out.
-fn warn_of_vectors(scene: &GpuScene) {
-    let hint = "`transfer=matrix` keeps it";
-    if scene.is_glossy {
-        log::warn!("prt: glossy surfaces mirror nothing with transfer=vector; {hint}");
-    }
-    if scene.has_bumps() {
-        log::warn!("prt: normal maps change nothing with transfer=vector; {hint}");
-    }
-}
-
-/// Below this roughness, lobes are narrower than what so few bands hold.
-const LEAST_ROUGHNESS: f32 = 0.5;
-
-/// Says how much of the scene mirrors more sharply than radiance is kept.
-fn warn_of_mirrors(scene: &GpuScene, lobes: LobeSettings) {
-    let host = &scene.host;
-    let (mut sharp_m2, mut glossy_m2) = (0.0, 0.0);
-    for triangle in &host.triangles {
-        let Some(lobe) = &host.materials[triangle.material as usize].specular else {
-            continue;
-        };
-        let [a, b, c] = corners(host, triangle);
-        let area_m2 = 0.5 * (b - a).cross(c - a).length();
-        glossy_m2 += area_m2;
-        if lobe.roughness < LEAST_ROUGHNESS {
-            sharp_m2 += area_m2;
-        }
-    }
-    if sharp_m2 > 0.0 {
-        let percent = 100.0 * sharp_m2 / glossy_m2;
-        let order = lobes.order;
-        log::warn!(
-            "prt: {percent:.0}% of the glossy surface is smoother than roughness \
-             {LEAST_ROUGHNESS}; what it mirrors is blurred to the {order} bands of out_order"
-        );
     }
 }
 
