@@ -21,8 +21,8 @@ pub struct PassTime {
 pub struct FrameStats {
     /// The passes, in the order of their first run.
     pub passes: Vec<PassTime>,
-    /// The passes of counting runs, which are not among `passes`. Such a run only finds out how
-    /// large a buffer has to be, or how work has to be split.
+    /// The passes of counting runs, and the same by the host, which are not among `passes`. They
+    /// only find out how large a buffer has to be, or how work has to be split.
     pub counting: Vec<PassTime>,
 }
 

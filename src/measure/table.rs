@@ -71,11 +71,11 @@ pub fn heading() -> String {
 }
 
 /// What the columns are.
-pub const LEGEND: &str = "medians in ms; count: the first build's counting run, once; build: the \
-                          store, once for static geometry; update: its light, every frame; \
-                          µs/dir: gather per pixel with a surface and direction; µs/sample: \
-                          gather per sample of a beam; bias and rel_rmse: of indirect light, over \
-                          blocks";
+pub const LEGEND: &str = "medians in ms; count: to find out sizes, before the first build; \
+                          build: the store, once for static geometry; update: its light, every \
+                          frame; µs/dir: gather per pixel with a surface and direction; \
+                          µs/sample: gather per sample of a beam; bias and rel_rmse: of indirect \
+                          light, over blocks";
 
 /// One row of the table.
 pub fn row(report: &Report) -> String {

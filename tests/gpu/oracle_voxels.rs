@@ -13,7 +13,7 @@ use crate::support::{Random, gpu};
 use glam::{Quat, Vec3};
 use lumivox::gi::shared::voxel::oracle::{VoxelIndex, block_bases, compact_order, occupancy_words};
 use lumivox::gi::shared::voxel::{Method, Surface, VoxelSettings, Voxelizer};
-use lumivox::graph::{Error, Gpu};
+use lumivox::graph::{Error, FrameStats, Gpu};
 use lumivox::render::GpuScene;
 use lumivox::scene::{Camera, Scene};
 
@@ -568,4 +568,36 @@ fn comparators_notice_planted_errors() {
     let mut brighter = make();
     brighter.emission[0][1] += 1.0;
     assert!(same_bits(&good, &brighter).is_err());
+}
+
+/// The list of fragments has room for what walls touch that stand anywhere. Walls on the border
+/// between voxels touch twice as many: they are counted, and stored again.
+#[test]
+fn more_fragments_than_expected_are_counted() {
+    let gpu = gpu();
+    let mut random = Random::new(21);
+    for (at, is_counted) in [(7.4, false), (8.0, true)] {
+        let corner = |x: f32, y: f32| Vec3::new(4.2 + 22.0 * x, 5.1 + 21.0 * y, at);
+        let [a, b, c, d] =
+            [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| corner(x, y));
+        let walls = [[a, b, c], [a, c, d]].repeat(8);
+        let mut scene = GpuScene::new(&gpu, &scene_of(&walls, 0.0, &mut random)).unwrap();
+        in_unit_grid(&mut scene, 32);
+        let settings = voxel_settings(32, Method::Compute);
+        let mut voxelizer = Voxelizer::new(&gpu, &scene, settings).unwrap();
+        let [first, second] = [(); 2].map(|()| voxelizer.run(&gpu, &scene).unwrap());
+        let counts = |stats: &FrameStats| {
+            let mut passes = stats.counting.iter();
+            passes.any(|pass| pass.name == "voxel.fragments")
+        };
+        assert_eq!(
+            [&first.1, &second.1].map(counts),
+            [is_counted, false],
+            "{at}"
+        );
+        let [first, second] = [first, second].map(|(voxels, _)| read(&gpu, voxels));
+        same_bits(&first, &second).unwrap();
+        let sides = if is_counted { 2 } else { 1 };
+        assert_eq!(first.voxels.voxel_count, sides * 23 * 22, "{at}");
+    }
 }

@@ -1,5 +1,6 @@
 //! One-pass voxelization: triangles to fragments, fragments to voxels.
 
+mod expected;
 mod fragments;
 mod index;
 pub mod list;
@@ -8,6 +9,7 @@ mod resolve;
 pub mod settings;
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use glam::{IVec3, UVec3, Vec3};
 
@@ -21,6 +23,7 @@ use crate::graph::{
 use crate::render::GpuScene;
 use crate::scene::Batch;
 
+use self::expected::room_for_fragments;
 pub(super) use self::index::{GridBuffers, add_index};
 
 /// The occupied voxels of a scene.
@@ -209,10 +212,10 @@ impl Voxelizer {
         self.grid.origin = anchor + self.grid.voxel_size * first.as_vec3();
     }
 
-    /// Voxelizes all triangles, static and dynamic alike. The first time, fragments are counted
-    /// before they are stored, so that their buffer is exact. Later, a buffer that proves too small
-    /// is made larger and the pass is repeated. It is also repeated where a driver ended threads
-    /// that had too much to do. The cost of the repeated runs is separate, in
+    /// Voxelizes all triangles, static and dynamic alike. The first time, the host works out for
+    /// how many fragments their buffer needs room; from then on that is known. A buffer that proves
+    /// too small is made larger and the pass is repeated. It is also repeated where a driver ended
+    /// threads that had too much to do. The cost of all this is separate, in
     /// [`FrameStats::counting`].
     pub fn run(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<(Voxels, FrameStats), Error> {
         let (voxels, _, stats) = self.voxelize(gpu, scene, Triangles::All)?;
@@ -231,6 +234,15 @@ impl Voxelizer {
         };
         self.buffers = Some(grid_buffers.clone());
         let mut stats = FrameStats::default();
+        let batches = which.batches(scene);
+        let is_first = self.fragment_capacity == 0;
+        if is_first {
+            let began = Instant::now();
+            let (clip, surface) = (self.whole(), self.settings.surface);
+            let room = room_for_fragments(&scene.host, &batches, self.grid, clip, surface);
+            self.fragment_capacity = room.min(most_fragments(gpu));
+            stats.append(FrameStats::of_host(EXPECT_FRAGMENTS, began).into_counting());
+        }
         let [fragment_room, _] = if which == Triangles::Static {
             self.dynamic_room
         } else {
@@ -261,7 +273,7 @@ impl Voxelizer {
             self.add_fragments(
                 &mut frame,
                 scene,
-                &which.batches(scene),
+                &batches,
                 self.whole(),
                 buffers,
                 self.fragment_capacity,
@@ -288,6 +300,9 @@ impl Voxelizer {
                 [fragments, emission],
                 [fragment_count, voxel_count],
             )?;
+            if is_first {
+                self.fragment_capacity = fragment_count;
+            }
             stats.append(run);
             stats.append(resolved);
             return Ok((voxels, lists, stats));
@@ -342,6 +357,15 @@ fn require(gpu: &Gpu, method: Method) -> Result<(), Error> {
         ),
         _ => Ok(()),
     }
+}
+
+/// What the host does before the first build, by name.
+const EXPECT_FRAGMENTS: &str = "voxel.expect_fragments";
+
+/// Fragments that a buffer can hold.
+fn most_fragments(gpu: &Gpu) -> u32 {
+    let most = gpu.limits().storage_buffer_bytes / size_of::<Fragment>() as u64;
+    most.try_into().unwrap_or(u32::MAX)
 }
 
 /// Where a grid is in pieces, none is smaller along an edge (voxels).
