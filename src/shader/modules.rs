@@ -311,6 +311,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/shared/voxel/build/link_fragments.comp.spv"),
     ),
     (
+        "gi/shared/voxel/build/resolve_opposed.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/build/resolve_opposed.comp.spv"),
+    ),
+    (
         "gi/shared/voxel/build/resolve_voxels.comp",
         include_bytes!("../../spirv/gi/shared/voxel/build/resolve_voxels.comp.spv"),
     ),

@@ -4,21 +4,19 @@
 
 #include "shared/packing.glsl"
 
-// bits   0        16       32
-// xy     | x      | y      |  voxel coordinates
-// z_area | z      | area   |  area of the triangle inside the voxel, AREA_UNIT = one voxel face
-// normal | octahedral, 2×16 |
-// albedo | 10 | 10 | 10 |     square roots of the linear albedo
-// mean_position | 10 | 10 | 10 |   of the triangle's part inside the voxel, from the voxel's
-// smallest corner
-// next   | index + 1 of the voxel's next fragment, 0 at the end |
+// bits            0        16       32
+// place_area.x    | x      | y      |  voxel coordinates
+//            y    | z      | area   |  area of the triangle inside the voxel, AREA_UNIT = one face
+// normal_albedo.x | octahedral, 2×16 |
+//               y | 10 | 10 | 10 |     square roots of the linear albedo
+// position_next.x | 10 | 10 | 10 |     mean of the triangle's part inside, from the voxel's
+//                                      smallest corner
+//               y | index + 1 of the voxel's next fragment, 0 at the end |
+// In pairs, since devices load and store two words at once.
 struct Fragment {
-    uint xy;
-    uint z_area;
-    uint normal;
-    uint albedo;
-    uint mean_position;
-    uint next;
+    uvec2 place_area;
+    uvec2 normal_albedo;
+    uvec2 position_next;
 };
 
 // As Fragment, summed over the voxel's fragments and divided once by the total area. The mean
@@ -44,6 +42,9 @@ const float AREA_UNIT = 16384.0;
 vec3 voxel_coordinates(uint xy, uint z_area) {
     return vec3(xy & 0xffffu, xy >> 16, z_area & 0xffffu);
 }
+
+// Area of a fragment, in AREA_UNIT.
+uint area_of(Fragment fragment) { return fragment.place_area.y >> 16; }
 
 vec3 unpack_mean_normal(uint packed) {
     return unpack_unorm10(packed) * 2.0 - 1.0;

@@ -455,6 +455,7 @@ impl DynamicVoxels {
             counts.touched_count,
         )?;
         reserve(gpu, frame, &mut self.lists.heads, 4, kept, needed)?;
+        reserve(gpu, frame, &mut self.lists.opposed, 4, 0, needed)?;
         reserve(
             gpu,
             frame,

@@ -126,21 +126,16 @@ pub struct WindowScratch {
 impl WindowScratch {
     /// Empty buffers, which the first update makes as large as it needs them.
     pub fn new(gpu: &Gpu, scene: &GpuScene) -> Result<Self, Error> {
+        let fragments = buffer(gpu, "voxel.fragments", 0)?;
+        let name = if scene.is_emissive {
+            "voxel.fragment_emission"
+        } else {
+            "voxel.nothing"
+        };
+        let emission = buffer(gpu, name, 0)?;
         Ok(WindowScratch {
             nothing: buffer(gpu, "voxel.nothing", 0)?,
-            lists: FragmentLists {
-                fragments: buffer(gpu, "voxel.fragments", 0)?,
-                emission: buffer(
-                    gpu,
-                    if scene.is_emissive {
-                        "voxel.fragment_emission"
-                    } else {
-                        "voxel.nothing"
-                    },
-                    0,
-                )?,
-                heads: buffer(gpu, "voxel.heads", 0)?,
-            },
+            lists: FragmentLists::new(gpu, [fragments, emission], 0)?,
             records: buffer(gpu, "voxel.records", 0)?,
             emission: scene
                 .is_emissive
@@ -173,6 +168,7 @@ impl WindowScratch {
             reserve(gpu, self.faces.insert(faces), 8, count)?;
         }
         reserve(gpu, &mut self.lists.heads, 4, count)?;
+        reserve(gpu, &mut self.lists.opposed, 4, count)?;
         reserve(gpu, &mut self.records, size_of::<Voxel>(), count)?;
         self.emission
             .as_mut()

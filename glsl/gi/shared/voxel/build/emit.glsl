@@ -51,9 +51,15 @@ uvec2 pack_emission(vec3 radiance) {
     return uvec2(q.x | q.z << 21, q.y | (q.z >> 11) << 21);
 }
 
-void mark(uvec3 voxel) {
+// The word that has a voxel's bit, and that bit alone.
+uvec2 mark_of(uvec3 voxel) {
     uint bit = block_bit(voxel);
-    atomicOr(occupancy[2u * block_index(voxel, params.resolution) + (bit >> 5)], 1u << (bit & 31u));
+    return uvec2(2u * block_index(voxel, params.resolution) + (bit >> 5), 1u << (bit & 31u));
+}
+
+void mark(uvec3 voxel) {
+    uvec2 own = mark_of(voxel);
+    atomicOr(occupancy[own.x], own.y);
 }
 
 // First of `count` consecutive places in the list. What a mask leaves is not known yet: masked
@@ -77,37 +83,57 @@ Surface surface_of(TriangleSetup s) {
         material.albedo.rgb * (1.0 - material.metalness.x), material.emission.rgb);
 }
 
-// Marks one touched voxel of triangle number `triangle` as occupied, and stores the fragment in its
-// place.
-void emit_fragment(TriangleSetup s, Surface surface, uint triangle, ivec3 local_voxel, uint slot) {
+// Stores the fragment of a voxel; `inside`: mean position and area [steps] of the triangle's part.
+void store_fragment(TriangleSetup s, Surface surface, uint triangle, ivec3 local_voxel, uint slot,
+    vec4 inside) {
     uvec3 voxel = uvec3(unpermute(s.base + local_voxel, s.axis));
-    if (MASKED == 0u) {
-        mark(voxel);
-        if (slot >= params.capacity) return;
-    }
-    vec3 mean_position;
-    float area = area_inside(s, local_voxel, mean_position) * surface.area_steps;
     TexturePosition at;
-    if (TEXTURED != 0u) at = texture_position(s, triangle, vec2(local_voxel.xy) + mean_position.xy);
-    if (MASKED != 0u) {
-        float covered = sample_texture(mask_texture, at).r;
-        if (covered < 0.5) return;
-        area *= covered;
-        mark(voxel);
-        slot = atomicAdd(fragment_count, 1u);
-        if (slot >= params.capacity) return;
-    }
+    if (TEXTURED != 0u) at = texture_position(s, triangle, vec2(local_voxel.xy) + inside.xy);
     vec3 albedo = surface.albedo;
     if (TEXTURED != 0u) albedo *= sample_texture(albedo_texture, at).rgb;
-    fragments[slot].xy = voxel.x | voxel.y << 16;
-    fragments[slot].z_area = voxel.z | clamp(uint(round(area)), 1u, 65535u) << 16;
-    fragments[slot].normal = surface.normal;
-    fragments[slot].albedo = pack_unorm10(sqrt(albedo));
-    fragments[slot].mean_position = pack_unorm10(unpermute(mean_position, s.axis));
+    uint area = clamp(uint(round(inside.w)), 1u, 65535u);
+    fragments[slot].place_area = uvec2(voxel.x | voxel.y << 16, voxel.z | area << 16);
+    fragments[slot].normal_albedo = uvec2(surface.normal, pack_unorm10(sqrt(albedo)));
+    fragments[slot].position_next.x = pack_unorm10(unpermute(inside.xyz, s.axis));
     if (EMISSIVE != 0u) {
         vec3 emission = surface.emission;
         if (TEXTURED != 0u) emission *= sample_texture(emission_texture, at).rgb;
         fragment_emission[slot] = pack_emission(emission);
+    }
+}
+
+// Stores the fragment of a voxel in its place where there is one. `has_edges`: as in area_inside().
+void place_fragment(TriangleSetup s, Surface surface, uint triangle, ivec3 local_voxel, uint slot,
+    bool has_edges) {
+    if (slot >= params.capacity) return;
+    vec3 mean_position;
+    float area = area_inside(s, local_voxel, has_edges, mean_position) * surface.area_steps;
+    store_fragment(s, surface, triangle, local_voxel, slot, vec4(mean_position, area));
+}
+
+// The same with a material that has a mask, which leaves a part of the fragment or nothing.
+void place_masked_fragment(
+    TriangleSetup s, Surface surface, uint triangle, ivec3 local_voxel, uvec3 voxel) {
+    vec3 mean_position;
+    float area = area_inside(s, local_voxel, true, mean_position) * surface.area_steps;
+    TexturePosition at = texture_position(s, triangle, vec2(local_voxel.xy) + mean_position.xy);
+    float covered = sample_texture(mask_texture, at).r;
+    if (covered < 0.5) return;
+    mark(voxel);
+    uint slot = atomicAdd(fragment_count, 1u);
+    if (slot >= params.capacity) return;
+    store_fragment(s, surface, triangle, local_voxel, slot, vec4(mean_position, area * covered));
+}
+
+// Marks one touched voxel of triangle number `triangle` as occupied, and stores the fragment in its
+// place.
+void emit_fragment(TriangleSetup s, Surface surface, uint triangle, ivec3 local_voxel, uint slot) {
+    uvec3 voxel = uvec3(unpermute(s.base + local_voxel, s.axis));
+    if (MASKED != 0u) {
+        place_masked_fragment(s, surface, triangle, local_voxel, voxel);
+    } else {
+        mark(voxel);
+        place_fragment(s, surface, triangle, local_voxel, slot, true);
     }
 }
 

@@ -34,19 +34,22 @@ uint tile_count(uint triangle) {
 
 void count_tiles(uint thread, uint first) {
     tile_ends[thread] = tile_count(first + thread);
-    for (uint step = 1u; step < 64u; step <<= 1) {
-        barrier();
-        uint before = thread >= step ? tile_ends[thread - step] : 0u;
-        barrier();
-        tile_ends[thread] += before;
-    }
+    barrier();
+    uint sum = 0u;
+    for (uint i = thread & ~7u; i <= thread; ++i) sum += tile_ends[i];
+    barrier();
+    tile_ends[thread] = sum;
+    barrier();
+    for (uint i = 7u; i < (thread & ~7u); i += 8u) sum += tile_ends[i];
+    barrier();
+    tile_ends[thread] = sum;
     barrier();
 }
 
 // The candidates of a tile, row by row, column by column, in depth.
 struct Walk {
     int x, y, z;
-    int last_x, last_z;   // of the row, of the column
+    int last_x, last_z;       // of the row, of the column
 };
 
 // Steps to the next candidate; y is past `high` after the last one. Columns without candidates cost
@@ -69,8 +72,76 @@ void advance(inout Walk at, TriangleSetup s, ivec2 low, ivec2 high) {
     at.last_z = depths.y;
 }
 
+uint queue_entry(ivec2 in_tile, int z) {
+    return uint(in_tile.x) | uint(in_tile.y) << 3 | uint(z + DEPTH_BIAS) << 6;
+}
+
+// The voxel of an entry, in the tile that begins at `low`.
+ivec3 queued_voxel(uint entry, ivec2 low) {
+    return ivec3(low + ivec2(entry & 7u, entry >> 3 & 7u), int(entry >> 6) - DEPTH_BIAS);
+}
+
+// Some columns of one triangle, from `low` to `high`.
+struct Tile {
+    uint triangle;
+    ivec2 low, high;
+};
+
+// Marks a voxel together with those before it that share its word: `marks` is the word and their
+// bits, which go out when another word comes.
+void mark_with(inout uvec2 marks, TriangleSetup s, ivec3 local_voxel) {
+    uvec2 own = mark_of(uvec3(unpermute(s.base + local_voxel, s.axis)));
+    if (own.x != marks.x) {
+        atomicOr(occupancy[marks.x], marks.y);
+        marks = uvec2(own.x, 0u);
+    }
+    marks.y |= own.y;
+}
+
+// Columns of the triangle whose fragments no edge cuts are marked and stored apart: they cost less.
+// False where the driver ended a loop early.
+bool voxelize_tile(uint thread, TriangleSetup s, Surface surface, Tile tile) {
+    Walk at = Walk(tile.high.x, tile.low.y - 1, 0, tile.high.x, -1);
+    uint bottom = thread * QUEUE, top = bottom + QUEUE - 1u;
+    bool going = true;
+    while (going) {
+        uint cut = 0u, inner = 0u;
+        while (going && cut + inner < QUEUE) {
+            advance(at, s, tile.low, tile.high);
+            going = at.y <= tile.high.y;
+            ivec2 column = ivec2(at.x, at.y);
+            if (going && at.z <= at.last_z && touches(s, ivec3(column, at.z))) {
+                // What a mask leaves is found fragment by fragment.
+                bool whole = MASKED == 0u && is_inner(s, column);
+                queue[whole ? top - inner : bottom + cut] = queue_entry(column - tile.low, at.z);
+                inner += uint(whole);
+                cut += uint(!whole);
+            }
+        }
+        uint slot = reserve(cut + inner), i, k;
+        uvec2 marks = uvec2(0u);
+        for (k = 0u; k < inner; ++k, ++slot) {
+            ivec3 voxel = queued_voxel(queue[top - k], tile.low);
+            mark_with(marks, s, voxel);
+            place_fragment(s, surface, tile.triangle, voxel, slot, false);
+        }
+        for (i = 0u; i < cut; ++i, ++slot) {
+            ivec3 voxel = queued_voxel(queue[bottom + i], tile.low);
+            if (MASKED != 0u) {
+                emit_fragment(s, surface, tile.triangle, voxel, slot);
+            } else {
+                mark_with(marks, s, voxel);
+                place_fragment(s, surface, tile.triangle, voxel, slot, true);
+            }
+        }
+        atomicOr(occupancy[marks.x], marks.y);
+        if (k < inner || i < cut) return false;
+    }
+    return !going;
+}
+
 // Tile number `item` of the workgroup. False where the driver ended a loop early.
-bool voxelize_tile(uint thread, uint first, uint item) {
+bool voxelize_item(uint thread, uint first, uint item) {
     uint triangle = 0u;
     for (uint half_size = 32u; half_size > 0u; half_size >>= 1) {
         if (tile_ends[triangle + half_size - 1u] <= item) triangle += half_size;
@@ -82,30 +153,8 @@ bool voxelize_tile(uint thread, uint first, uint item) {
     Surface surface = surface_of(s);
     int in_row = tiles(s).x;
     ivec2 low = s.low.xy + TILE * ivec2(index % in_row, index / in_row);
-    ivec2 high = min(low + TILE - 1, s.high.xy);
-    Walk at = Walk(high.x, low.y - 1, 0, high.x, -1);
-    bool going = true;
-    while (going) {
-        uint count = 0u;
-        while (going && count < QUEUE) {
-            advance(at, s, low, high);
-            going = at.y <= high.y;
-            if (going && at.z <= at.last_z && touches(s, ivec3(at.x, at.y, at.z))) {
-                queue[thread * QUEUE + count] =
-                    uint(at.x - low.x) | uint(at.y - low.y) << 3 | uint(at.z + DEPTH_BIAS) << 6;
-                ++count;
-            }
-        }
-        uint slot = reserve(count), i;
-        for (i = 0u; i < count; ++i) {
-            uint entry = queue[thread * QUEUE + i];
-            emit_fragment(s, surface, triangle,
-                ivec3(low + ivec2(entry & 7u, entry >> 3 & 7u), int(entry >> 6) - DEPTH_BIAS),
-                slot + i);
-        }
-        if (i < count) return false;
-    }
-    return !going;
+    Tile tile = Tile(triangle, low, min(low + TILE - 1, s.high.xy));
+    return voxelize_tile(thread, s, surface, tile);
 }
 
 void main() {
@@ -115,7 +164,7 @@ void main() {
     uint total = tile_ends[63], item;
     bool finished = true;
     for (item = gl_WorkGroupID.y * 64u + thread; item < total; item += 64u * gl_NumWorkGroups.y)
-        finished = voxelize_tile(thread, first, item) && finished;
+        finished = voxelize_item(thread, first, item) && finished;
     // llvmpipe ends loops after 65,535 turns in all: the host then shares the tiles among more
     // workgroups.
     if (!finished || item < total) atomicAdd(unfinished_count, 1u);

@@ -23,8 +23,9 @@ void main() {
     uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * 4194240u;
     if (index >= params.fragment_count) return;
     index += params.first_fragment;
-    uvec3 voxel = uvec3(voxel_coordinates(fragments[index].xy, fragments[index].z_area));
+    uvec2 place = fragments[index].place_area;
+    uvec3 voxel = uvec3(voxel_coordinates(place.x, place.y));
     uint block = block_index(voxel, params.resolution);
     uint slot = block_bases[block] + set_bits_below(occupancy[block], block_bit(voxel));
-    fragments[index].next = atomicExchange(heads[slot], index + 1u);
+    fragments[index].position_next.y = atomicExchange(heads[slot], index + 1u);
 }

@@ -1,7 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // voxel.resolve: area-weighted means over the fragments of each voxel. Sums are 64-bit integers, so
-// that they do not depend on the fragments' order, and there is one division at the end.
+// that they do not depend on the fragments' order, and there is one division at the end. Voxels
+// with opposed surfaces are listed: voxel.resolve_opposed goes on with them.
 layout(local_size_x = 64) in;
 
 #include "gi/shared/voxel/records.glsl"
@@ -26,6 +27,13 @@ layout(std430, set = 1, binding = 4) restrict writeonly buffer VoxelEmission {
 layout(set = 1, binding = 5, r32ui) uniform restrict readonly uimage3D averages;
 // opacity of +x, +y, +z and of −x, −y, −z, 3×10 bits
 layout(std430, set = 1, binding = 6) restrict writeonly buffer VoxelFaces { uvec2 voxel_faces[]; };
+layout(std430, set = 1, binding = 7) restrict writeonly buffer Opposed { uint opposed[]; };
+layout(std430, set = 1, binding = 8) restrict buffer OpposedCount {
+    uvec3 opposed_groups;     // of 64 threads
+    uint opposed_count;
+};
+
+#include "gi/shared/voxel/build/sums.glsl"
 
 layout(push_constant) uniform ResolveParams {
     uint voxel_count;
@@ -36,10 +44,6 @@ params;
 
 // Where more than this share of a voxel's surface faces against the rest, it counts as opposed.
 const float OPPOSED = 0.25;
-
-// Where at least this share of the squares of opposed surfaces' normals is along one direction,
-// they are parallel.
-const float PARALLEL = 0.9;
 
 // Voxel.coverage; `across`: area across each axis, `net`: the same with the normals' signs, that is
 // how much more faces one way than the other. At most one voxel face can be seen from one side.
@@ -74,90 +78,32 @@ uint pack_across(vec3 across, vec3 net) {
     return pack_unorm10(min(0.5 * (across + abs(net)), vec3(1.0)));
 }
 
-// The direction in which normals lie, of either sign, and the share of them that does: the largest
-// eigenvector and eigenvalue of the mean of n nᵀ, by squaring.
-vec4 main_direction(mat3 tensor) {
-    mat3 power = tensor;
-    for (uint i = 0u; i < 4u; ++i) {
-        power = power * power;
-        power /= power[0][0] + power[1][1] + power[2][2];
-    }
-    vec3 d = vec3(power[0][0], power[1][1], power[2][2]);
-    int most = d.x >= d.y && d.x >= d.z ? 0 : d.y >= d.z ? 1 : 2;
-    vec3 direction = normalize(power[most]);
-    return vec4(direction, dot(direction, tensor * direction));
-}
-
-// Sum of 32-bit products, each split into two halves: nothing carries while the sum of all weights
-// fits in 32 bits.
-struct SmallSum { uvec3 low, high; };
-
-void add_small(inout SmallSum sum, uint weight, uvec3 value) {
-    uvec3 product = weight * value;
-    sum.low += product & 0xffffu;
-    sum.high += product >> 16;
-}
-
-vec3 mean(SmallSum sum, uint weight) {
-    return (vec3(sum.high) * 65536.0 + vec3(sum.low)) / float(weight);
-}
-
-struct Sum { uvec3 low, high; };
-
-void add_product(inout Sum sum, uint weight, uvec3 value) {
-    uvec3 high, low, carry;
-    umulExtended(uvec3(weight), value, high, low);
-    sum.low = uaddCarry(sum.low, low, carry);
-    sum.high += high + carry;
-}
-
-vec3 mean(Sum sum, uint weight) {
-    return (vec3(sum.high) * 4294967296.0 + vec3(sum.low)) / float(weight);
-}
-
-uvec3 unpack_emission(uvec2 e) {
-    return uvec3(e.x & 0x1fffffu, e.y & 0x1fffffu, e.x >> 21 | (e.y >> 21) << 11);
-}
-
-// Emission of the list's fragments that face the front: a surface emits that way.
-Sum emission_ahead(uint at, vec3 front) {
-    Sum ahead = Sum(uvec3(0u), uvec3(0u));
-    while (at != 0u) {
-        Fragment fragment = fragments[at - 1u];
-        if (dot(unpack_unit(fragment.normal), front) >= 0.0)
-            add_product(ahead, fragment.z_area >> 16, unpack_emission(fragment_emission[at - 1u]));
-        at = fragment.next;
-    }
-    return ahead;
-}
-
 void main() {
     uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * 4194240u;
+    if (index == 0u) opposed_groups.yz = uvec2(1u);
     if (index >= params.voxel_count) return;
     index += params.first_voxel;
     Sum albedo = Sum(uvec3(0u), uvec3(0u)), emission = albedo;
     SmallSum normal = SmallSum(uvec3(0u), uvec3(0u)), face = normal, position = normal,
-             squares = normal, products = normal, heights = normal;
+             heights = normal;
     uint area = 0u, at = heads[index];
     if (at == 0u) return;   // nothing new in it
-    uint xy = fragments[at - 1u].xy, z = fragments[at - 1u].z_area & 0xffffu;
+    uvec2 place = fragments[at - 1u].place_area;
     while (at != 0u) {
         Fragment fragment = fragments[at - 1u];
-        uint weight = fragment.z_area >> 16;
-        vec3 n = unpack_unit(fragment.normal);
-        uvec3 root = unpack_uint10(fragment.albedo);
+        uint weight = area_of(fragment);
+        vec3 n = unpack_unit(fragment.normal_albedo.x);
+        uvec3 root = unpack_uint10(fragment.normal_albedo.y);
         area += weight;
         add_product(albedo, weight, root * root);
         add_small(normal, weight, uvec3(round((n + 1.0) * 32767.0)));
         add_small(face, weight, uvec3(round(abs(n) * 65535.0)));
-        add_small(position, weight, unpack_uint10(fragment.mean_position));
-        add_small(squares, weight, uvec3(round(n * n * 65535.0)));
-        add_small(products, weight, uvec3(round((n * n.yzx + 1.0) * 32767.0)));
-        float height = dot(unpack_unorm10(fragment.mean_position), n);
+        add_small(position, weight, unpack_uint10(fragment.position_next.x));
+        float height = dot(unpack_unorm10(fragment.position_next.x), n);
         add_small(heights, weight, uvec3(round((height + 2.0) * 16383.0)));
         if (EMISSIVE != 0u)
             add_product(emission, weight, unpack_emission(fragment_emission[at - 1u]));
-        at = fragment.next;
+        at = fragment.position_next.y;
     }
     vec3 faces = mean(face, 1u) / (65535.0 * AREA_UNIT);
     float covered =
@@ -166,31 +112,27 @@ void main() {
     vec3 albedo_root = sqrt(mean(albedo, area)) / 1023.0;
     if (RUNNING != 0u)
         albedo_root =
-            sqrt(unpackUnorm4x8(imageLoad(averages, ivec3(xy & 0xffffu, xy >> 16, z)).r).rgb);
+            sqrt(unpackUnorm4x8(
+                imageLoad(averages, ivec3(voxel_coordinates(place.x, place.y))).r).rgb);
     vec3 net = mean_normal * float(area) / AREA_UNIT;
     vec3 mean_position = mean(position, area) / 1023.0;
     // Of surfaces that look away from each other, each lies further out along its normal than all.
     float height = mean(heights, area).x / 16383.0 - 2.0;
     bool concave = height < dot(mean_position, mean_normal);
     uint coverage = pack_coverage(covered, faces, net, concave);
-    Voxel voxel = Voxel(xy, z | packHalf2x16(vec2(float(area) / AREA_UNIT, 0.0)) << 16, 0u,
-        pack_unorm10(albedo_root), pack_unorm10(mean_position), coverage, pack_across(faces, net));
-    vec3 normal_stored = mean_normal;
-    if (is_opposed(voxel)) {
-        vec3 s = mean(squares, area) / 65535.0, p = mean(products, area) / 32767.0 - 1.0;
-        vec4 main =
-            main_direction(mat3(s.x, p.x, p.z, p.x, s.y, p.y, p.z, p.y, s.z));
-        uint axis = coverage >> 30;
-        if (main.w >= PARALLEL) normal_stored = main[axis] < 0.0 ? -main.xyz : main.xyz;
-    }
-    voxel.normal = pack_unorm10(normal_stored * 0.5 + 0.5);
+    Voxel voxel = Voxel(place.x,
+        place.y & 0xffffu | packHalf2x16(vec2(float(area) / AREA_UNIT, 0.0)) << 16,
+        pack_unorm10(mean_normal * 0.5 + 0.5), pack_unorm10(albedo_root),
+        pack_unorm10(mean_position), coverage, pack_across(faces, net));
     voxels[index] = voxel;
+    if (is_opposed(voxel)) {
+        uint slot = atomicAdd(opposed_count, 1u);
+        opposed[slot] = index;
+        atomicMax(opposed_groups.x, min(slot / 64u + 1u, 65535u));
+    }
     if (FACES != 0u) voxel_faces[index] = pack_faces(faces, net);
     if (EMISSIVE != 0u) {
-        vec3 all = mean(emission, area),
-             ahead = mean(emission_ahead(heads[index], front_of(voxel)), area);
-        float total = all.r + all.g + all.b;
-        voxel_emission[index] = vec4(all * (params.emission_unit / 2097151.0),
-            total > 0.0 ? (ahead.r + ahead.g + ahead.b) / total : 0.0);
+        vec4 found = emission_of(emission, area, heads[index], front_of(voxel));
+        voxel_emission[index] = vec4(found.rgb * (params.emission_unit / 2097151.0), found.a);
     }
 }

@@ -22,8 +22,9 @@ params;
 void main() {
     uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * 4194240u;
     if (index >= params.fragment_count) return;
-    vec3 albedo = unpack_albedo(fragments[index].albedo);
-    ivec3 voxel = ivec3(voxel_coordinates(fragments[index].xy, fragments[index].z_area));
+    vec3 albedo = unpack_albedo(fragments[index].normal_albedo.y);
+    uvec2 place = fragments[index].place_area;
+    ivec3 voxel = ivec3(voxel_coordinates(place.x, place.y));
     uint expected = 0u, stored = packUnorm4x8(vec4(albedo, 1.0 / 255.0));
     for (;;) {
         uint found = imageAtomicCompSwap(averages, voxel, expected, stored);

@@ -24,6 +24,10 @@ struct TriangleSetup {
     // each edge in each projection: axis (xy), and the interval (zw) that the box centre must lie
     // in
     vec4 xy[3], yz[3], zx[3];
+    // where the tests leave anything, with a margin for rounding: along a row, x (first, last) at
+    // y = 0 by each edge and its slope; along a column, z (first, last) at (0, 0) and its slopes
+    vec3 rows[3];
+    vec4 columns;
 };
 
 // Puts the dominant axis last, keeping the handedness: x y z → y z x, z x y or x y z.
@@ -55,6 +59,17 @@ vec4 edge_axis(vec2 a, vec2 b, vec2 c, vec2 half_size) {
     precise float low = min(on_edge, opposite) - radius;
     precise float high = max(on_edge, opposite) + radius;
     return vec4(perpendicular, low, high);
+}
+
+// What an edge test leaves of rows up to `most` away from 0: as in TriangleSetup.rows.
+vec3 row_bounds(vec4 axis, float most) {
+    if (abs(axis.x) < 1e-6) return vec3(-1e9, 1e9, 0.0);
+    float inverse = 1.0 / axis.x;
+    vec2 bounds = axis.zw * inverse;
+    float margin = 0.01
+        + 1e-5 * (abs(axis.z) + abs(axis.w) + abs(axis.y) * (most + 1.0)) * abs(inverse);
+    return vec3(min(bounds.x, bounds.y) - margin, max(bounds.x, bounds.y) + margin,
+        -axis.y * inverse);
 }
 
 bool inside_interval(vec4 axis, vec2 centre) {
@@ -118,6 +133,12 @@ bool setup_triangle(vec3 a, vec3 b, vec3 c, Clip clip, out TriangleSetup s) {
         edge_axis(v1.yz, v2.yz, v0.yz, half_size.yz), edge_axis(v2.yz, v0.yz, v1.yz, half_size.yz));
     s.zx = vec4[3](edge_axis(v0.zx, v1.zx, v2.zx, half_size.zx),
         edge_axis(v1.zx, v2.zx, v0.zx, half_size.zx), edge_axis(v2.zx, v0.zx, v1.zx, half_size.zx));
+    float most = float(max(abs(s.low.y), abs(s.high.y)));
+    s.rows = vec3[3](
+        row_bounds(s.xy[0], most), row_bounds(s.xy[1], most), row_bounds(s.xy[2], most));
+    float inverse = 1.0 / s.normal.z;
+    vec2 ends = vec2(plane_low, plane_high) * inverse;
+    s.columns = vec4(min(ends.x, ends.y), max(ends.x, ends.y), -s.normal.xy * inverse);
     return true;
 }
 
@@ -128,19 +149,12 @@ bool touches_column(TriangleSetup s, ivec2 column) {
         && inside_interval(s.xy[2], centre);
 }
 
-// First and last column of a row that the edge tests can leave, with a margin for rounding;
-// `touches_column` decides.
+// First and last column of a row that the edge tests can leave; `touches_column` decides.
 ivec2 row_range(TriangleSetup s, int row) {
     vec2 range = vec2(s.low.x, s.high.x) + vec2(0.5);
     for (int i = 0; i < 3; ++i) {
-        vec4 axis = s.xy[i];
-        vec2 bounds = (axis.zw - axis.y * (float(row) + 0.5)) / axis.x;
-        bool level = abs(axis.x) < 1e-6;
-        float margin = 0.01
-            + 1e-5 * (abs(axis.z) + abs(axis.w) + abs(axis.y) * (abs(float(row)) + 1.0))
-                / abs(axis.x);
-        range.x = level ? range.x : max(range.x, min(bounds.x, bounds.y) - margin);
-        range.y = level ? range.y : min(range.y, max(bounds.x, bounds.y) + margin);
+        vec2 bounds = s.rows[i].xy + s.rows[i].z * (float(row) + 0.5);
+        range = vec2(max(range.x, bounds.x), min(range.y, bounds.y));
     }
     return ivec2(ceil(range.x - 0.5), floor(range.y - 0.5));
 }
@@ -155,14 +169,11 @@ bool touches(TriangleSetup s, ivec3 voxel) {
         && inside_interval(s.zx[2], centre.zx);
 }
 
-// First and last voxel of a column that the triangle's plane can reach, with a margin for rounding;
-// `touches` decides.
+// First and last voxel of a column that the triangle's plane can reach; `touches` decides.
 ivec2 depth_range(TriangleSetup s, ivec2 column) {
-    vec2 ends =
-        (vec2(s.plane_low, s.plane_high) - dot(s.normal.xy, vec2(column) + 0.5)) / s.normal.z;
+    vec2 ends = s.columns.xy + dot(s.columns.zw, vec2(column) + 0.5);
     // Depths of the lowest and the highest box centre, clamped to what an int can hold.
-    ends = clamp(
-        vec2(min(ends.x, ends.y), max(ends.x, ends.y)), vec2(s.low.z) - 4.0, vec2(s.high.z) + 4.0);
+    ends = clamp(ends, vec2(s.low.z) - 4.0, vec2(s.high.z) + 4.0);
     ivec2 range = ivec2(ceil(ends.x - 0.51), floor(ends.y - 0.49));
     return clamp(range, ivec2(s.low.z, s.low.z - 1), ivec2(s.high.z + 1, s.high.z));
 }
@@ -239,10 +250,26 @@ void add_segment(Side side, inout Outline outline) {
     outline.doubled += doubled;
 }
 
+// Columns that are further inside than this [voxels] are cut by no edge, whatever the rounding.
+const float INNER_MARGIN = 0.02;
+
 // The line of edge a→b with the triangle's inside on its positive side.
 vec3 inner_edge(vec2 a, vec2 b, float side) {
     vec2 n = side * vec2(a.y - b.y, b.x - a.x) / max(length(b - a), 1e-20);
     return vec3(n, -dot(n, a));
+}
+
+// Whether no edge cuts a column that the triangle touches.
+bool is_inner(TriangleSetup s, ivec2 column) {
+    float side = s.normal.z > 0.0 ? 1.0 : -1.0;
+    vec3 edges[3] = vec3[3](inner_edge(s.v0.xy, s.v1.xy, side), inner_edge(s.v1.xy, s.v2.xy, side),
+        inner_edge(s.v2.xy, s.v0.xy, side));
+    float least = 1.0;
+    for (int i = 0; i < 3; ++i) {
+        vec2 n = edges[i].xy, nearest = vec2(column) + vec2(lessThan(n, vec2(0.0)));
+        least = min(least, dot(n, nearest) + edges[i].z);
+    }
+    return least > INNER_MARGIN;
 }
 
 // Area of the triangle inside the voxel, projected along the dominant axis [voxel faces, 0 to 1],
@@ -251,8 +278,8 @@ vec3 inner_edge(vec2 a, vec2 b, float side) {
 // ceiling); its area and first moment are sums over the boundary segment of each (Green's theorem),
 // about a corner of the region: lines that are nearly parallel, as a needle's edges are, meet at
 // points that are inexact along them, which costs what the lines are away from the origin of the
-// sums.
-float area_inside(TriangleSetup s, ivec3 voxel, out vec3 mean_position) {
+// sums. In an inner column, which no edge cuts, `has_edges` may be false: the bits are the same.
+float area_inside(TriangleSetup s, ivec3 voxel, bool has_edges, out vec3 mean_position) {
     vec3 corner = vec3(voxel);
     vec2 a = s.v0.xy - corner.xy, b = s.v1.xy - corner.xy, c = s.v2.xy - corner.xy;
     vec2 slope = -s.normal.xy / s.normal.z;
@@ -273,26 +300,38 @@ float area_inside(TriangleSetup s, ivec3 voxel, out vec3 mean_position) {
     Side below = whole(level ? vec3(-1.0, 0.0, 2.0) : vec3(-slope, 1.0 - height) / steepness);
     // Every pair but floor and ceiling, which never meet, spelled out: drivers keep separate
     // variables in registers, and an indexed array in memory.
-    meet_band(left, right, ab);
-    meet_band(left, right, bc);
-    meet_band(left, right, ca);
+    if (has_edges) {
+        meet_band(left, right, ab);
+        meet_band(left, right, bc);
+        meet_band(left, right, ca);
+    }
     meet_band(left, right, above);
     meet_band(left, right, below);
-    meet_band(near, far, ab);
-    meet_band(near, far, bc);
-    meet_band(near, far, ca);
+    if (has_edges) {
+        meet_band(near, far, ab);
+        meet_band(near, far, bc);
+        meet_band(near, far, ca);
+    }
     meet_band(near, far, above);
     meet_band(near, far, below);
-    meet_band(above, below, ab); meet_band(above, below, bc); meet_band(above, below, ca);
-    meet(ab, bc); meet(ab, ca); meet(bc, ca);
+    if (has_edges) {
+        meet_band(above, below, ab);
+        meet_band(above, below, bc);
+        meet_band(above, below, ca);
+        meet(ab, bc);
+        meet(ab, ca);
+        meet(bc, ca);
+    }
     Outline outline = Outline(false, (a + b + c) / 3.0, vec2(0.0), 0.0);
     add_segment(left, outline);
     add_segment(right, outline);
     add_segment(near, outline);
     add_segment(far, outline);
-    add_segment(ab, outline);
-    add_segment(bc, outline);
-    add_segment(ca, outline);
+    if (has_edges) {
+        add_segment(ab, outline);
+        add_segment(bc, outline);
+        add_segment(ca, outline);
+    }
     add_segment(above, outline);
     add_segment(below, outline);
     float area = clamp(0.5 * outline.doubled, 0.0, 1.0);

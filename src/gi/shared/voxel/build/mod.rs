@@ -69,6 +69,27 @@ pub(super) struct FragmentLists {
     pub(super) fragments: Arc<Buffer>,
     pub(super) emission: Arc<Buffer>,
     pub(super) heads: Arc<Buffer>,
+    /// Voxels with opposed surfaces, of those that are resolved at once.
+    pub(super) opposed: Arc<Buffer>,
+    /// Workgroups for them along three axes, and their number.
+    pub(super) opposed_count: Arc<Buffer>,
+}
+
+impl FragmentLists {
+    /// Of no voxels, over such buffers.
+    pub(super) fn new(
+        gpu: &Gpu,
+        [fragments, emission]: [Arc<Buffer>; 2],
+        voxel_capacity: u64,
+    ) -> Result<Self, Error> {
+        Ok(FragmentLists {
+            fragments,
+            emission,
+            heads: buffer(gpu, "voxel.heads", 4 * voxel_capacity)?,
+            opposed: buffer(gpu, "voxel.opposed", 4 * voxel_capacity)?,
+            opposed_count: buffer(gpu, "voxel.opposed_count", 16)?,
+        })
+    }
 }
 
 /// Which triangles are voxelized.

@@ -36,18 +36,13 @@ gpu_struct! {
 gpu_struct! {
     /// One triangle in one voxel (`gi/shared/voxel/records.glsl`).
     pub struct Fragment {
-        /// x and y of the voxel, 16 bits each.
-        pub xy: u32,
-        /// z of the voxel and area of the triangle inside it (1/16384 voxel face), 16 bits each.
-        pub z_area: u32,
-        /// Unit normal, octahedral 2×16 bits.
-        pub normal: u32,
-        /// Square roots of the linear albedo, 3×10 bits.
-        pub albedo: u32,
-        /// Centroid of the part inside, 3×10 bits.
-        pub mean_position: u32,
-        /// Index + 1 of the voxel's next fragment.
-        pub next: u32,
+        /// x, y and z of the voxel, and area of the triangle inside it (1/16384 voxel face), 16
+        /// bits each.
+        pub place_area: [u32; 2],
+        /// Unit normal, octahedral 2×16 bits, and square roots of the linear albedo, 3×10 bits.
+        pub normal_albedo: [u32; 2],
+        /// Centroid of the part inside, 3×10 bits, and index + 1 of the voxel's next fragment.
+        pub position_next: [u32; 2],
     }
 }
 
@@ -109,6 +104,14 @@ gpu_struct! {
         pub emission_unit: f32,
         /// Index of the first of them.
         pub first_voxel: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `voxel.resolve_opposed`.
+    pub struct OpposedParams {
+        /// As in [`ResolveParams`].
+        pub emission_unit: f32,
     }
 }
 
@@ -232,7 +235,28 @@ pub static RESOLVE_VOXELS: Pass = Pass {
             Binding::buffer("voxel_emission", Access::ComputeWrite),
             Binding::image("averages", Access::ComputeRead),
             Binding::buffer("voxel_faces", Access::ComputeWrite),
+            Binding::buffer("opposed", Access::ComputeWrite),
+            Binding::buffer("opposed_count", Access::ComputeReadWrite),
         ],
         ResolveParams::LAYOUT,
+    )
+};
+
+/// The normals of voxels whose surfaces are opposed and parallel.
+pub static RESOLVE_OPPOSED: Pass = Pass {
+    constants: &["EMISSIVE"],
+    ..Pass::compute(
+        "voxel.resolve_opposed",
+        "gi/shared/voxel/build/resolve_opposed.comp",
+        &[
+            Binding::buffer("fragments", Access::ComputeRead),
+            Binding::buffer("fragment_emission", Access::ComputeRead),
+            Binding::buffer("heads", Access::ComputeRead),
+            Binding::buffer("voxels", Access::ComputeReadWrite),
+            Binding::buffer("voxel_emission", Access::ComputeWrite),
+            Binding::buffer("opposed", Access::ComputeRead),
+            Binding::buffer("opposed_count", Access::ComputeRead),
+        ],
+        OpposedParams::LAYOUT,
     )
 };

@@ -4,7 +4,8 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::passes::{
-    LINK_FRAGMENTS, LinkParams, RESOLVE_VOXELS, RUNNING_AVERAGE, ResolveParams, Voxel,
+    LINK_FRAGMENTS, LinkParams, OpposedParams, RESOLVE_OPPOSED, RESOLVE_VOXELS, RUNNING_AVERAGE,
+    ResolveParams, Voxel,
 };
 use super::settings::Accumulation;
 use super::{FragmentLists, GridBuffers, Triangles, Voxelizer, Voxels, average_image, buffer};
@@ -33,7 +34,7 @@ impl Voxelizer {
             } else {
                 0
             };
-        let heads = buffer(gpu, "voxel.heads", 4 * capacity)?;
+        let lists = FragmentLists::new(gpu, [fragments, emission], capacity)?;
         let records = buffer(gpu, "voxel.records", size_of::<Voxel>() as u64 * capacity)?;
         let voxel_emission = scene
             .is_emissive
@@ -51,7 +52,7 @@ impl Voxelizer {
             Arc::clone(&self.no_image)
         };
         let mut frame = Frame::new();
-        frame.fill("voxel.clear", &heads, 0);
+        frame.fill("voxel.clear", &lists.heads, 0);
         if running {
             let link = LinkParams {
                 resolution: self.grid.resolution,
@@ -61,17 +62,12 @@ impl Voxelizer {
             frame.clear_image("voxel.clear", &averages, 0);
             frame
                 .pass(&RUNNING_AVERAGE)
-                .bind("fragments", &fragments)
+                .bind("fragments", &lists.fragments)
                 .bind("averages", &averages)
                 .push(&link)
                 .dispatch(linear_groups(fragment_count));
         }
         let (occupancy, block_bases) = (Arc::clone(occupancy), Arc::clone(block_bases));
-        let lists = FragmentLists {
-            fragments,
-            emission,
-            heads,
-        };
         let (grid, lattice, emission, hidden_count) =
             (self.grid, self.grid.lattice(), voxel_emission, 0);
         let voxels = Voxels {
@@ -123,31 +119,45 @@ impl Voxelizer {
                 first_fragment: fragments.start,
             })
             .dispatch(linear_groups(fragment_count));
+        frame.fill("voxel.clear", &lists.opposed_count, 0);
+        let voxel_emission = voxels.emission.as_ref().unwrap_or(&self.nothing);
+        let emission_unit = scene.largest_emission.max(f32::MIN_POSITIVE);
         frame
             .pass(&RESOLVE_VOXELS)
             .bind("fragments", &lists.fragments)
             .bind("fragment_emission", &lists.emission)
             .bind("heads", &lists.heads)
             .bind("voxels", &voxels.records)
-            .bind(
-                "voxel_emission",
-                voxels.emission.as_ref().unwrap_or(&self.nothing),
-            )
+            .bind("voxel_emission", voxel_emission)
             .bind("averages", averages)
             .bind(
                 "voxel_faces",
                 voxels.faces.as_ref().unwrap_or(&self.nothing),
             )
+            .bind("opposed", &lists.opposed)
+            .bind("opposed_count", &lists.opposed_count)
             .constant("EMISSIVE", scene.is_emissive)
             .constant("COVERAGE", self.settings.coverage)
             .constant("RUNNING", running)
             .constant("FACES", self.settings.faces.map_or(0, |faces| faces as u32))
             .push(&ResolveParams {
                 voxel_count,
-                emission_unit: scene.largest_emission.max(f32::MIN_POSITIVE),
+                emission_unit,
                 first_voxel: slots.start,
             })
             .dispatch(linear_groups(voxel_count));
+        frame
+            .pass(&RESOLVE_OPPOSED)
+            .bind("fragments", &lists.fragments)
+            .bind("fragment_emission", &lists.emission)
+            .bind("heads", &lists.heads)
+            .bind("voxels", &voxels.records)
+            .bind("voxel_emission", voxel_emission)
+            .bind("opposed", &lists.opposed)
+            .bind("opposed_count", &lists.opposed_count)
+            .constant("EMISSIVE", scene.is_emissive)
+            .push(&OpposedParams { emission_unit })
+            .dispatch_indirect(&lists.opposed_count, 0);
     }
 
     /// The same for dynamic geometry.
