@@ -78,6 +78,8 @@ pub struct Renderer<'g> {
     /// Whether the technique's structure is as it should be. Where something failed on the way,
     /// the next frame builds it anew.
     is_whole: bool,
+    /// Nothing but the camera has changed since the last frame.
+    is_still: bool,
     /// Where the camera was last (m).
     eye: Vec3,
     /// The camera of the last frame.
@@ -170,6 +172,7 @@ impl<'g> Renderer<'g> {
                 frames_to_rest,
                 capacity: frame.size,
                 is_whole: true,
+                is_still: false,
                 eye,
                 camera: None,
                 light: None,
@@ -217,7 +220,7 @@ impl<'g> Renderer<'g> {
 
     /// Builds the technique's static structure again.
     pub fn rebuild(&mut self) -> Result<FrameStats, Error> {
-        self.is_whole = false;
+        (self.is_whole, self.is_still) = (false, false);
         let stats = self.technique.build(&context!(self))?;
         self.is_whole = true;
         Ok(stats)
@@ -227,6 +230,7 @@ impl<'g> Renderer<'g> {
     /// [`Scene::set_time`], and brings the technique's structure up to it.
     pub fn set_pose(&mut self, scene: &Scene) -> Result<FrameStats, Error> {
         let was_whole = std::mem::take(&mut self.is_whole);
+        self.is_still &= self.scene.dynamic.is_none();
         self.screen.expect_change(self.frames_to_rest);
         let mut stats = self.gbuffer.keep_pose(self.gpu, &self.scene)?;
         let places = |scene: &GpuScene| scene.dynamic.as_ref().map(|models| models.bounds);
@@ -256,6 +260,7 @@ impl<'g> Renderer<'g> {
 
     /// The same with these lights and this environment.
     pub fn relight(&mut self, lights: &[Light], environment: &Environment) -> Result<(), Error> {
+        self.is_still = false;
         self.screen.doubt();
         self.screen.expect_change(self.frames_to_rest);
         self.scene.move_lights(self.gpu, lights)?;
@@ -269,12 +274,14 @@ impl<'g> Renderer<'g> {
     /// share of it, direct light, composite.
     pub fn render(&mut self, camera: &Camera) -> Result<FrameStats, Error> {
         self.maps.forget();
+        self.is_still = false;
         self.render_again(camera)
     }
 
-    /// As [`Renderer::render`], with those light maps of the frame before that still hold: a map is
-    /// drawn again if its light has moved, if models have moved that it sees, or if it is a cascade
-    /// that has moved with the camera. The same picture in less time.
+    /// As [`Renderer::render`], with what still holds of the frame before: light maps, and the
+    /// light of the technique's store. A map is drawn again if its light has moved, if models have
+    /// moved that it sees, or if it is a cascade that has moved with the camera; the store is lit
+    /// again if anything but the camera has changed. The same picture in less time.
     pub fn render_again(&mut self, camera: &Camera) -> Result<FrameStats, Error> {
         if !self.is_whole {
             self.cut();
@@ -289,6 +296,7 @@ impl<'g> Renderer<'g> {
             self.rebuild()?
         };
         self.is_whole = false;
+        let is_still = std::mem::take(&mut self.is_still);
         let [width, height] = self.settings.size;
         let watcher = Watcher {
             camera: *camera,
@@ -306,6 +314,7 @@ impl<'g> Renderer<'g> {
             maps: &self.maps,
             gbuffer: &self.gbuffer,
             direct: &self.output.direct,
+            is_still,
         };
         self.technique.update(&mut frame, &given);
         let light = (self.screen).light(&mut frame, &given, &mut *self.technique);
@@ -321,7 +330,7 @@ impl<'g> Renderer<'g> {
         self.gbuffer.keep_frame(&seen_with);
         self.screen.keep_frame(&seen_with);
         self.maps.keep();
-        self.is_whole = true;
+        (self.is_whole, self.is_still) = (true, true);
         Ok(stats)
     }
 
@@ -444,6 +453,7 @@ impl<'g> Renderer<'g> {
     /// The light that the technique keeps on surfaces; what is replaced there shows in the next
     /// frame.
     pub fn light_slots(&mut self) -> Result<Option<Box<dyn LightSlots + '_>>, Error> {
+        self.is_still = false;
         self.technique.light_slots(self.gpu)
     }
 

@@ -199,6 +199,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         frames: args.frames,
         rebuilds: args.rebuilds,
         times,
+        still: true,
         walk,
         samples: true,
         channel: args.channel,

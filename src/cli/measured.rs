@@ -58,6 +58,7 @@ impl MeasureArgs {
             frames: self.frames,
             rebuilds: self.rebuilds,
             times: Vec::new(),
+            still: false,
             walk: None,
             samples: false,
             channel: self.channel,

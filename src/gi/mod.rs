@@ -149,6 +149,9 @@ pub struct Inputs<'i> {
     pub gbuffer: &'i GBuffer,
     /// RGBA32F: where a technique that shadows the direct light itself writes that light.
     pub direct: &'i Arc<Image>,
+    /// Nothing but the camera has changed since the last frame: models, lights, environment and
+    /// what was built are the same.
+    pub is_still: bool,
 }
 
 /// One complete way to compute indirect light.
@@ -169,7 +172,8 @@ pub trait Technique: Inspect {
         }
     }
 
-    /// Adds the passes that bring the world-space store up to this frame's light.
+    /// Adds the passes that bring the world-space store up to this frame's light. Of a scene that
+    /// is still it keeps what those would only make again.
     fn update(&mut self, frame: &mut Frame, given: &Inputs<'_>);
 
     /// Adds the passes that gather the diffuse light of these surfaces. Called once a frame or

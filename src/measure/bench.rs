@@ -13,7 +13,7 @@ use crate::image::{Aov, GuideImage, Image};
 use crate::metrics::Channel;
 use crate::reference::{self, Bounces, Filter, ReferenceImage, Sampling};
 use crate::render::GpuScene;
-use crate::scene::Scene;
+use crate::scene::{Camera, Scene};
 use crate::vulkan::DeviceKind;
 
 use super::report::{
@@ -121,6 +121,8 @@ pub struct BenchSettings {
     pub rebuilds: u32,
     /// Times (s) at which dynamic models are shown, each measured as often as there are builds.
     pub times: Vec<f32>,
+    /// Whether as many frames are measured in which nothing but the camera moves.
+    pub still: bool,
     /// How a camera walks, where it does.
     pub walk: Option<WalkSettings>,
     /// Whether the samples of the gather are counted, which takes a run of its own.
@@ -307,6 +309,7 @@ struct Run<'g> {
     first_build: FrameStats,
     builds: Vec<FrameStats>,
     frames: Vec<FrameStats>,
+    still: Vec<FrameStats>,
     motion: Vec<MotionTimes>,
     walks: Vec<WalkTimes>,
     pictures: Pictures,
@@ -354,6 +357,11 @@ fn run<'g>(
     } else {
         Vec::new()
     };
+    let still = if settings.still {
+        still_frames(&mut renderer, scene, settings.frames)?
+    } else {
+        Vec::new()
+    };
     let builds = (0..settings.rebuilds)
         .map(|_| renderer.rebuild())
         .collect::<Result<_, _>>()?;
@@ -368,6 +376,7 @@ fn run<'g>(
         first_build,
         builds,
         frames,
+        still,
         motion,
         walks,
         pictures,
@@ -376,6 +385,26 @@ fn run<'g>(
         samples,
         renderer,
     })
+}
+
+/// Frames in which nothing but the camera moves: to its side, by a thousandth of its distance to
+/// what it looks at.
+fn still_frames(
+    renderer: &mut Renderer<'_>,
+    scene: &Scene,
+    frames: u32,
+) -> Result<Vec<FrameStats>, Error> {
+    let camera = scene.camera;
+    let [right, ..] = camera.basis();
+    let step = 1e-3 * (camera.target - camera.eye).length() * right;
+    let moved = |frame: u32| Camera {
+        eye: camera.eye + frame as f32 * step,
+        target: camera.target + frame as f32 * step,
+        ..camera
+    };
+    (1..=frames)
+        .map(|frame| renderer.render_again(&moved(frame)))
+        .collect()
 }
 
 /// For so long a GPU is kept busy before times count.
@@ -453,7 +482,12 @@ impl Run<'_> {
             motion: self.motion.clone(),
             walks: self.walks.clone(),
             passes,
-            totals: totals(&stages, &self.builds, &self.frames, case.entry),
+            still: rows(&self.still),
+            totals: totals(
+                &stages,
+                [&self.builds, &self.frames, &self.still],
+                case.entry,
+            ),
             stages,
             ..empty_report(gpu, scene, case, settings)
         };
@@ -471,8 +505,7 @@ fn rows(stats: &[FrameStats]) -> Vec<PassTimes> {
 
 fn totals(
     stages: &[StageTimes],
-    builds: &[FrameStats],
-    frames: &[FrameStats],
+    [builds, frames, still]: [&[FrameStats]; 3],
     entry: &Entry,
 ) -> Vec<PassTimes> {
     let all = |name: &str, runs: &[FrameStats]| {
@@ -501,6 +534,7 @@ fn totals(
         parts("indirect", &[Part::Store, Part::Picture]),
         parts("shared", &[Part::Shared]),
         all("frame", frames),
+        all("still", still),
     ];
     totals.into_iter().flatten().collect()
 }
@@ -588,8 +622,7 @@ mod tests {
         let entry = find("voxel-mips")?;
         let totals = totals(
             &stage_times(entry, When::Frame, &frames),
-            &builds,
-            &frames,
+            [&builds, &frames, &[stats(&[("cone.gather", 7.0)])]],
             entry,
         );
         let median = |name: &str| {
@@ -598,7 +631,9 @@ mod tests {
                 .find(|total| total.name == name)
                 .map(|total| total.gpu_ms.median)
         };
-        let names = ["build", "update", "gather", "indirect", "shared", "frame"];
+        let names = [
+            "build", "update", "gather", "indirect", "shared", "frame", "still",
+        ];
         assert_eq!(
             names.map(median),
             [
@@ -607,7 +642,8 @@ mod tests {
                 Some(9.0),
                 Some(10.5),
                 Some(25.0),
-                Some(35.5)
+                Some(35.5),
+                Some(7.0)
             ]
         );
         Ok(())

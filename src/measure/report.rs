@@ -247,10 +247,15 @@ pub struct Report {
     pub build: Vec<PassTimes>,
     /// Each pass of a frame, in order.
     pub passes: Vec<PassTimes>,
+    /// Each pass of frames in which nothing but the camera moves. What such frames keep is not
+    /// there; what they did not keep in some of them is, with their number as n.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub still: Vec<PassTimes>,
     /// Each stage of a build, then of a frame, in the technique's order.
     pub stages: Vec<StageTimes>,
     /// Sums over passes: `build`, all of a build; of a frame `update` (the store), `gather` (the
-    /// picture), `indirect` (both), `shared`, and `frame`, all of it.
+    /// picture), `indirect` (both), `shared`, and `frame`, all of it; `still`, all of a frame in
+    /// which nothing but the camera moves.
     pub totals: Vec<PassTimes>,
     /// What one direction costs.
     pub directions: Vec<DirectionCost>,
@@ -434,6 +439,7 @@ impl Report {
             first_build: Vec::new(),
             build: Vec::new(),
             passes: Vec::new(),
+            still: Vec::new(),
             stages: Vec::new(),
             totals: Vec::new(),
             directions: Vec::new(),

@@ -55,13 +55,14 @@ pub fn counting_ms(report: &Report) -> Option<f64> {
 /// The table's heading.
 pub fn heading() -> String {
     format!(
-        "{:<30} {:>9} {:>9} {:>9} {:>9} {:>9} {:>8} {:>9} {:>8} {:>9} {:>9}",
+        "{:<30} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>8} {:>9} {:>8} {:>9} {:>9}",
         "case",
         "count",
         "build",
         "update",
         "gather",
         "frame",
+        "still",
         "µs/dir",
         "µs/sample",
         "MiB",
@@ -73,9 +74,9 @@ pub fn heading() -> String {
 /// What the columns are.
 pub const LEGEND: &str = "medians in ms; count: to find out sizes, before the first build; \
                           build: the store, once for static geometry; update: its light, every \
-                          frame; µs/dir: gather per pixel with a surface and direction; \
-                          µs/sample: gather per sample of a beam; bias and rel_rmse: of indirect \
-                          light, over blocks";
+                          frame; still: a frame in which nothing but the camera moves; µs/dir: \
+                          gather per pixel with a surface and direction; µs/sample: gather per \
+                          sample of a beam; bias and rel_rmse: of indirect light, over blocks";
 
 /// One row of the table.
 pub fn row(report: &Report) -> String {
@@ -89,12 +90,13 @@ pub fn row(report: &Report) -> String {
         .as_ref()
         .map(|error| error.block.unwrap_or(error.pixel));
     format!(
-        "{name:<30} {:>9} {:>9} {:>9} {:>9} {:>9} {:>8} {:>9} {:>8.1} {:>9} {:>9}",
+        "{name:<30} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>8} {:>9} {:>8.1} {:>9} {:>9}",
         number(counting_ms(report), 2),
         total("build"),
         total("update"),
         total("gather"),
         total("frame"),
+        total("still"),
         number(
             report.directions.first().map(|cost| cost.us_per_direction),
             3
@@ -259,6 +261,7 @@ fn columns(report: &Report) -> Vec<(String, String)> {
         ("counting", &report.counting),
         ("build", &report.build),
         ("frame", &report.passes),
+        ("still", &report.still),
     ] {
         rows.iter().for_each(|row| {
             add(

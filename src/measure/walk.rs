@@ -108,13 +108,13 @@ pub fn walk(
     let [frames, cells] = WARM_UP;
     (0..frames).try_for_each(|_| {
         renderer
-            .render(&path.step(cells as f32 * cell_size))
+            .render_again(&path.step(cells as f32 * cell_size))
             .map(drop)
     })?;
     let one = |cells: &f32| {
         let step = cells * cell_size;
         let runs = (0..settings.frames)
-            .map(|_| renderer.render(&path.step(step)))
+            .map(|_| renderer.render_again(&path.step(step)))
             .collect::<Result<Vec<FrameStats>, _>>()?;
         Ok(walk_times(entry, *cells, step, &runs))
     };

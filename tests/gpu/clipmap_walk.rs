@@ -314,6 +314,7 @@ impl<'g> Still<'g> {
             maps,
             gbuffer,
             direct: &output.direct,
+            is_still: true,
         };
         technique.update(&mut frame, &given);
         let receivers = gbuffer.receivers(gpu_scene, light);
@@ -339,11 +340,7 @@ fn levels_move_unseen() {
         .map(|scene| (scene, 64))
         .chain([(&scenes[0], 128)])
     {
-        let pairs = [
-            &format!("resolution={resolution}"),
-            "levels=3",
-            "light_updates=on-change",
-        ];
+        let pairs = [&format!("resolution={resolution}"), "levels=3"];
         let settings = clipmap::ENTRY.settings(Some("cones"), &pairs).unwrap();
         let mut still = Still::new(&gpu, scene, &settings);
         let layout = Layout::new(still.gpu_scene.bounds, resolution, 3, 0.0);

@@ -289,7 +289,7 @@ fn moved_lights_are_those_of_a_new_renderer() {
             }
         }
         for case in default_cases() {
-            let settings = case.settings(&[("resolution", "32"), ("light_updates", "on-change")]);
+            let settings = case.settings(&[("resolution", "32")]);
             let renderer = |scene: &Scene| {
                 Renderer::new(&gpu, scene, case.entry, &settings, frame(24, 16, 64))
                     .unwrap()

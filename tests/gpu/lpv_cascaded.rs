@@ -93,6 +93,7 @@ impl<'g> Walk<'g> {
             maps: &self.maps,
             gbuffer: &self.gbuffer,
             direct: &self.output.direct,
+            is_still: false,
         };
         self.technique.update(&mut frame, &given);
         let diffuse = screen_image(self.gpu, "diffuse", self.gbuffer.size).unwrap();

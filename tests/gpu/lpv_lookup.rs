@@ -68,6 +68,7 @@ fn answer(gpu: &Gpu, lit: &Lit, view: &View, lookup: Lookup) -> [Vec<DVec4>; 2] 
             maps: &lit.maps,
             gbuffer: &view.gbuffer,
             direct: &view.result,
+            is_still: false,
         };
         let answer = (&receivers, Some(&specular));
         by_direction::gather(&mut frame, &given, &lit.cells, lookup, answer);

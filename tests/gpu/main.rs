@@ -72,6 +72,7 @@ mod screen_gather;
 mod screen_mirrored;
 mod sky;
 mod soft_shadows;
+mod still;
 #[cfg(feature = "measure")]
 mod stress;
 mod suit;

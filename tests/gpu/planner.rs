@@ -644,7 +644,6 @@ const LIVES: [Life; 61] = [
         pairs: &[
             ("levels", "3"),
             ("voxel_size", "0.06"),
-            ("light_updates", "on-change"),
             ("level_updates", "staggered"),
             ("bounces", "feedback"),
             ("accumulation", "running-average"),

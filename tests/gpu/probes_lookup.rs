@@ -439,6 +439,7 @@ fn bounced_light_is_the_oracles() {
             maps: &light_maps,
             gbuffer: &view.gbuffer,
             direct: &view.result,
+            is_still: false,
         };
         let mut frame = Frame::new();
         frame.set_scene(&on_gpu.set, &on_gpu.materials);

@@ -54,6 +54,8 @@ pub struct Walker<'g> {
     pub technique: Box<dyn WithVolumes>,
     /// Number of the technique's own passes that the last frame ran.
     pub passes: usize,
+    /// Frames are told that nothing but the camera has changed.
+    pub is_still: bool,
 }
 
 impl<'g> Walker<'g> {
@@ -86,6 +88,7 @@ impl<'g> Walker<'g> {
             output: Output::new(gpu, SIZE).unwrap(),
             technique,
             passes: 0,
+            is_still: true,
         }
     }
 
@@ -114,6 +117,7 @@ impl<'g> Walker<'g> {
             output,
             technique,
             passes,
+            is_still,
         } = self;
         gpu_scene
             .set_frame(gpu, &gpu_scene.frame_constants(&scene.camera, SIZE))
@@ -134,6 +138,7 @@ impl<'g> Walker<'g> {
             maps,
             gbuffer,
             direct: &output.direct,
+            is_still: *is_still,
         };
         technique.update(&mut frame, &given);
         let stats = gpu.submit(frame).unwrap();

@@ -68,8 +68,12 @@ impl Technique for OneGrid {
             scene,
             maps,
             gbuffer,
+            is_still,
             ..
         } = *given;
+        if is_still && !self.layers.any() {
+            return;
+        }
         let layers = self.layers.draw(frame, scene, gbuffer);
         self.cells.light(frame, scene, maps, &layers);
     }

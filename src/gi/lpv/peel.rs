@@ -108,6 +108,11 @@ impl CameraLayers {
         })
     }
 
+    /// Whether there are any: what the camera sees is in the cells then.
+    pub fn any(&self) -> bool {
+        self.count > 0
+    }
+
     /// Adds the passes that peel the layers, and answers all of them, the nearest first.
     pub fn draw(&self, frame: &mut Frame, scene: &GpuScene, gbuffer: &GBuffer) -> Vec<Layer> {
         let stride = stride_of(gbuffer.size);

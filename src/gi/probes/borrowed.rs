@@ -119,6 +119,8 @@ pub(super) struct Borrowed {
     room: [Arc<Buffer>; 2],
     /// Rays that there is room for.
     at_a_time: u32,
+    /// Whether it holds something else where the camera moves.
+    follows_camera: bool,
 }
 
 impl Borrowed {
@@ -147,7 +149,7 @@ impl Borrowed {
             let wanted = Wanted {
                 bounces: fewer.to_string(),
                 mirrors: false,
-                ..wanted
+                ..wanted.clone()
             };
             (context.lend)(context, &wanted)
         });
@@ -164,6 +166,7 @@ impl Borrowed {
             behind: behind.transpose()?,
             room: [room("probes.cast_rays", 32)?, room("probes.cast_hits", 16)?],
             at_a_time,
+            follows_camera: wanted.kind == StoreKind::Nested,
         }))
     }
 
@@ -181,6 +184,11 @@ impl Borrowed {
     /// Bounces for which probes have maps: 2 where the first are for what surfaces mirror.
     pub(super) fn lit(&self) -> u32 {
         1 + u32::from(self.behind.is_some())
+    }
+
+    /// Whether it holds something else where the camera moves.
+    pub(super) fn follows_camera(&self) -> bool {
+        self.follows_camera
     }
 
     /// The stores, and the maps that have the light of each.

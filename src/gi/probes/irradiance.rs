@@ -282,6 +282,18 @@ impl IrradianceProbes {
         Ok(stats)
     }
 
+    /// Whether what rays are cast through changes with the camera.
+    fn casts_around_camera(&self, built: &Built) -> bool {
+        let borrowed = self.borrowed.as_ref().filter(|_| built.is_cast);
+        borrowed.is_some_and(Borrowed::follows_camera)
+    }
+
+    /// Whether each frame makes all light anew, in which the frame before has no part.
+    fn is_made_anew(&self) -> bool {
+        let schedule = &self.schedule;
+        self.bounces != LightBounces::Feedback && !schedule.traces && !schedule.is_gradual()
+    }
+
     /// Adds the passes that find out what these probes see.
     fn trace(
         &self,
@@ -370,6 +382,10 @@ impl Technique for IrradianceProbes {
         built.volume.forget_orphans(frame);
         if let Some(borrowed) = &mut self.borrowed {
             borrowed.update(frame, given);
+        }
+        if given.is_still && self.is_made_anew() && !self.casts_around_camera(&built) {
+            self.built = Some(built);
+            return;
         }
         if let Some(voxels) = self.source.voxels() {
             voxels.light(frame, given, &built.scene.rays);

@@ -178,7 +178,7 @@ impl Technique for RayTraced {
     }
 
     fn update(&mut self, frame: &mut Frame, given: &Inputs<'_>) {
-        if let (Some(cache), Some(scene)) = (&self.cache, &self.scene) {
+        if let (Some(cache), Some(scene), false) = (&self.cache, &self.scene, given.is_still) {
             cache.light(frame, given, &scene.rays);
         }
     }

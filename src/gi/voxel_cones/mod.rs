@@ -199,6 +199,15 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
         let bounces = self.store.light_settings().bounces;
         let count = bounces.before_the_picture();
         let lights = light_inputs(given, &self.triangles);
+        if !given.is_still {
+            self.store.forget_lights();
+        } else if bounces != LightBounces::Feedback && self.store.is_lit() {
+            if self.shows_emission_apart() {
+                // The mirror has left its own light there.
+                self.store.relight(frame, lights, Relit::FOR_PICTURE);
+            }
+            return;
+        }
         if !self.store.light(frame, lights, count == 0) {
             return;
         }
@@ -244,7 +253,7 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
 
     fn mirror(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> Option<Arc<Image>> {
         let specular = self.specular.as_ref()?;
-        if self.emitters.seen_by() != EmissionSeenBy::All {
+        if self.shows_emission_apart() {
             // The mirror image of a lamp is in the voxels alone.
             let relit = Relit {
                 viewer: Viewer::Mirror,
@@ -281,6 +290,11 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
 }
 
 impl<S: VoxelStore> VoxelCones<S> {
+    /// Whether mirrors see other light in the voxels than the gather does.
+    fn shows_emission_apart(&self) -> bool {
+        self.specular.is_some() && self.emitters.seen_by() != EmissionSeenBy::All
+    }
+
     /// Whether rays of pixels or of voxels meet the scene's triangles.
     fn meets_triangles(&self) -> bool {
         let rays = self.gatherer.rays.as_ref();

@@ -74,7 +74,6 @@ pub(super) const RULES: &[Rule] = &[
             "injection",
             "attenuation",
             "voxel_occlusion",
-            "light_updates",
             "shadows",
             "emitters",
         ],

@@ -53,6 +53,12 @@ pub trait VoxelStore: Sized {
     /// Forgets light that it keeps from frame to frame.
     fn forget_lights(&mut self) {}
 
+    /// Whether all of it has the light of the last frame, which holds as long as nothing but the
+    /// camera changes.
+    fn is_lit(&self) -> bool {
+        true
+    }
+
     /// Adds the passes that light the voxels directly and make the volume; `is_last` as in
     /// [`Relit`]. False where nothing has changed.
     fn light(&mut self, frame: &mut Frame, lights: LightInputs<'_>, is_last: bool) -> bool;

@@ -29,6 +29,8 @@ pub struct CascadedLpv {
     pub levels: Vec<Cells>,
     /// Whether light comes into a grid from the one around it.
     takes_light: bool,
+    /// A grid has moved since light went through it.
+    has_moved: bool,
     layers: CameraLayers,
     lookup: Lookup,
     /// RGBA32F: indirect specular radiance; absent where nothing mirrors.
@@ -60,6 +62,7 @@ impl CascadedLpv {
             levels: Cells::nested(gpu, scene, &grids, cell_settings)?,
             layers: CameraLayers::new(gpu, size, cell_settings.blocker_layers)?,
             takes_light: settings.is("nesting", "inflow"),
+            has_moved: false,
             lookup: Lookup::new(settings, settings.number("blend")),
             specular: scene.is_glossy.then(specular).transpose()?,
         })
@@ -97,6 +100,7 @@ impl Technique for CascadedLpv {
             Change::Camera => {
                 let mut stats = FrameStats::default();
                 for (cells, grid) in self.levels.iter_mut().zip(self.layout.grids(context.eye)) {
+                    self.has_moved |= cells.grid != grid;
                     stats.append(cells.follow(context.gpu, context.scene, grid)?);
                 }
                 Ok(stats)
@@ -114,6 +118,10 @@ impl Technique for CascadedLpv {
     }
 
     fn update(&mut self, frame: &mut Frame, given: &Inputs<'_>) {
+        let has_moved = std::mem::take(&mut self.has_moved);
+        if given.is_still && !has_moved && !self.layers.any() {
+            return;
+        }
         let lit = (given.scene, given.maps);
         // The finest cells have the most radiance: a lamp's power over the smallest faces.
         let finest = self.levels.last().map(|cells| cells.grid);

@@ -111,6 +111,10 @@ struct Built {
     /// The box in which models have moved since the last frame (m).
     moved: Option<Moved>,
     work: Work,
+    /// Probes have come or gone since the last frame.
+    has_others: bool,
+    /// Probes to be lit, in turn, until all have the light of the scene as it is.
+    owed: u32,
 }
 
 impl ProbeCascades {
@@ -149,6 +153,33 @@ impl ProbeCascades {
             LightBounces::Count(_) => Some(store.volume().lit(1)),
             LightBounces::Feedback => Some(self.maps(store)),
         }
+    }
+
+    /// Leaves out what would not change: once all probes have the light of a scene that is still,
+    /// only new ones are lit.
+    fn settle(&self, built: &mut Built, is_still: bool) {
+        let camera_matters = match self.cast_through() {
+            Some(borrowed) => borrowed.follows_camera(),
+            // Light of a second bounce comes from probes that may be others now.
+            None => built.has_others && self.pace.bounces != LightBounces::Count(1),
+        };
+        let Built { work, store, .. } = built;
+        let is_fed_back =
+            self.cast_through().is_none() && self.pace.bounces == LightBounces::Feedback;
+        let new: u32 = work.new.iter().sum();
+        if is_fed_back || !is_still || work.moved.is_some() || camera_matters {
+            // Where probes have turns, the second bounce of the first is of others without theirs.
+            let turns = if self.pace.per_frame == 0 {
+                1
+            } else {
+                self.kept.bounces
+            };
+            built.owed = turns * store.pool.held();
+        } else if built.owed == 0 {
+            work.again = 0;
+            work.rounds *= u32::from(new > 0);
+        }
+        built.owed = built.owed.saturating_sub(new + work.again);
     }
 
     /// Adds the passes that put new probes where they stand, and find out what they see.
@@ -261,6 +292,8 @@ impl Technique for ProbeCascades {
             models: scene.dynamic.as_ref().map(|dynamic| dynamic.bounds),
             moved: None,
             work: Work::default(),
+            has_others: true,
+            owed: 0,
         });
         Ok(stats)
     }
@@ -290,6 +323,7 @@ impl Technique for ProbeCascades {
                 stats.append(held);
                 (built.store, built.windows) = (store, windows);
             }
+            built.has_others = has_moved;
             if let Some(reflections) = &mut built.reflections {
                 reflections.follow(gpu, eye)?;
             }
@@ -310,12 +344,16 @@ impl Technique for ProbeCascades {
             borrowed.update(frame, given);
         }
         self.find_out(frame, given.scene, &built);
+        self.settle(&mut built, given.is_still);
         self.light(frame, given, &built);
         if let Some(reflections) = &mut built.reflections {
-            reflections.trace(frame, &built.scene.rays, built.work.moved);
-            let (scene, store) = ((&built.scene, self.uses_maps), (&built.store, &self.lookup));
-            let reflected = self.reflected(&built.store);
-            reflections.light(frame, given, scene, store, reflected);
+            let sees_else = reflections.trace(frame, &built.scene.rays, built.work.moved);
+            if sees_else || built.work.lights() {
+                let store = (&built.store, &self.lookup);
+                let (scene, reflected) =
+                    ((&built.scene, self.uses_maps), self.reflected(&built.store));
+                reflections.light(frame, given, scene, store, reflected);
+            }
         }
         self.built = Some(built);
     }

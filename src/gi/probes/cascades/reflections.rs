@@ -58,13 +58,20 @@ impl Reflections {
         Ok(())
     }
 
-    /// Adds the pass that finds out what they see, where that may have changed.
-    pub(super) fn trace(&mut self, frame: &mut Frame, triangles: &SceneRays, moved: Option<Moved>) {
-        if std::mem::take(&mut self.is_new) {
-            self.probes.trace(frame, triangles, None);
-        } else if moved.is_some() {
+    /// Adds the pass that finds out what they see, where that may have changed; whether it may.
+    pub(super) fn trace(
+        &mut self,
+        frame: &mut Frame,
+        triangles: &SceneRays,
+        moved: Option<Moved>,
+    ) -> bool {
+        let is_new = std::mem::take(&mut self.is_new);
+        let sees_else = is_new || moved.is_some();
+        if sees_else {
+            let moved = moved.filter(|_| !is_new);
             self.probes.trace(frame, triangles, moved);
         }
+        sees_else
     }
 
     /// Adds the passes that light what they see, and average it. `reflected`: what places there

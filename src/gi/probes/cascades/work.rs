@@ -24,6 +24,13 @@ pub(super) struct Work {
     pub(super) rounds: u32,
 }
 
+impl Work {
+    /// Whether it changes the light of a probe.
+    pub(super) fn lights(&self) -> bool {
+        self.again > 0 || self.new.iter().any(|count| *count > 0)
+    }
+}
+
 /// How much a frame does.
 pub(super) struct Pace {
     /// Probes that a frame traces or lights; 0: all.

@@ -330,6 +330,9 @@ impl Technique for LightFieldProbes {
         if let Some(borrowed) = &mut self.borrowed {
             borrowed.update(frame, given);
         }
+        if given.is_still && self.bounces != LightBounces::Feedback {
+            return;
+        }
         built.lit = lit;
         if of_probes > 0 {
             let first = match self.bounces {

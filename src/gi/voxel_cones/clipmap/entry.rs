@@ -45,14 +45,6 @@ static SETTINGS: &[Setting] = &[
         domain: Domain::Choice(&["every-frame", "staggered"]),
         default: "every-frame",
     },
-    Setting {
-        name: "light_updates",
-        help: "when voxels are lit: every-frame, or on-change (what is new in levels that move, \
-               and everything when a light or a model does)",
-        unit: "",
-        domain: Domain::Choice(&["every-frame", "on-change"]),
-        default: "every-frame",
-    },
     MIP_FILTER,
 ];
 

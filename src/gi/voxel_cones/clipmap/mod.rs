@@ -59,8 +59,6 @@ pub struct Clipmap {
     voxel_settings: VoxelSettings,
     light_settings: LightSettings,
     is_staggered: bool,
-    /// Lights stand still.
-    keeps_light: bool,
     /// The texels of all levels; absent where nothing traces cones.
     pub volume: Option<ClipmapVolume>,
     /// The voxels of all levels as rays go through them; absent where cones gather.
@@ -113,7 +111,6 @@ impl VoxelStore for Clipmap {
             },
             light_settings,
             is_staggered: settings.is("level_updates", "staggered"),
-            keeps_light: settings.is("light_updates", "on-change"),
             volume: volume.transpose()?,
             space: space.transpose()?,
             levels: Vec::new(),
@@ -194,6 +191,11 @@ impl VoxelStore for Clipmap {
         self.levels
             .iter_mut()
             .for_each(|level| level.lit = VoxelBox::NONE);
+    }
+
+    fn is_lit(&self) -> bool {
+        let changes = |index| self.is_changed(index);
+        !self.is_staggered && !(0..self.levels.len()).any(changes)
     }
 
     fn light(&mut self, frame: &mut Frame, lights: LightInputs<'_>, _is_last: bool) -> bool {

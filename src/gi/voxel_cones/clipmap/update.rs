@@ -134,10 +134,16 @@ impl Clipmap {
     /// neighbours and the lights.
     pub(super) fn lights_slabs(&self) -> bool {
         let settings = &self.light_settings;
-        self.keeps_light
-            && !settings.bounces.any()
-            && !settings.traces()
-            && settings.emission == EmissionSeenBy::All
+        !settings.bounces.any() && !settings.traces() && settings.emission == EmissionSeenBy::All
+    }
+
+    /// Whether a level has voxels without light, or texels that are not what they would be.
+    pub(super) fn is_changed(&self, index: usize) -> bool {
+        let level = &self.levels[index];
+        !level.is_lit()
+            || !level.new.is_empty()
+            || !level.stale.is_empty()
+            || level.inner != self.inner(index)
     }
 
     /// The levels whose texels are made anew in this frame.
@@ -146,13 +152,6 @@ impl Clipmap {
         // A level that has moved shows nothing of what it held before.
         let follows = |technique: &Self, index: usize| {
             technique.is_due(index) || !technique.levels[index].new.is_empty()
-        };
-        let changes = |technique: &Self, index: usize| {
-            let level = &technique.levels[index];
-            !level.is_lit()
-                || !level.new.is_empty()
-                || !level.stale.is_empty()
-                || level.inner != technique.inner(index)
         };
         let bounces = self.light_settings.bounces;
         if self.light_settings.emission != EmissionSeenBy::All {
@@ -164,7 +163,7 @@ impl Clipmap {
             return (0..count).collect();
         }
         if bounces == LightBounces::Feedback
-            || (bounces.any() && (0..count).any(|index| changes(self, index)))
+            || (bounces.any() && (0..count).any(|index| self.is_changed(index)))
         {
             // Each voxel gathers from all levels.
             self.levels
@@ -176,7 +175,7 @@ impl Clipmap {
             let finer_is_due = index
                 .checked_sub(1)
                 .is_some_and(|finer| due.last() == Some(&finer));
-            if follows(self, index) && (finer_is_due || changes(self, index)) {
+            if follows(self, index) && (finer_is_due || self.is_changed(index)) {
                 due.push(index);
             }
         }
@@ -211,7 +210,7 @@ impl Clipmap {
         let is_bound = self.bound.as_ref().is_some_and(|(bound, moves)| {
             Arc::ptr_eq(bound, &maps.tiles[0]) && *moves == maps.moves
         });
-        if !(is_bound && self.keeps_light) {
+        if !is_bound {
             voxel::bound_tiles(frame, maps);
             self.bound = Some((Arc::clone(&maps.tiles[0]), maps.moves));
         }
@@ -225,7 +224,7 @@ impl Clipmap {
         lights: LightInputs<'_>,
         index: usize,
     ) -> VoxelBox {
-        let (inner, keeps_light) = (self.inner(index), self.keeps_light);
+        let inner = self.inner(index);
         let level = &mut self.levels[index];
         let (extent, inners) = (level.extent(), level.inner.region().around(inner.region()));
         let (changed, remade) = if !level.is_lit() {
@@ -251,7 +250,7 @@ impl Clipmap {
         };
         let new = std::mem::take(&mut level.new);
         (level.inner, level.stale) = (inner, VoxelBox::NONE);
-        level.lit = if keeps_light { extent } else { VoxelBox::NONE };
+        level.lit = extent;
         // A voxel that has gone leaves its texel behind, and so does a finer level that has moved
         // away.
         if let Some(volume) = &self.volume {
