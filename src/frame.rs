@@ -66,6 +66,8 @@ pub struct Renderer<'g> {
     gpu: &'g Gpu,
     scene: GpuScene,
     maps: LightMaps,
+    /// Reflective maps, where they are smaller than shadow maps.
+    small_rsm: Option<LightMaps>,
     gbuffer: GBuffer,
     output: Output,
     screen: Screen,
@@ -138,12 +140,18 @@ impl<'g> Renderer<'g> {
             everywhere: needs.maps > MapNeeds::Direct || frame.shadows.cascades == 1,
         };
         scene.set_cascades(gpu, cascades)?;
+        let size = frame.shadows.resolution;
+        let is_reflective = needs.maps == MapNeeds::Reflective;
+        let small_rsm = needs.rsm_size.filter(|rsm| {
+            // Cascades divide space by the size of their maps.
+            is_reflective && *rsm < size && frame.shadows.cascades == 1
+        });
+        let small_rsm = small_rsm
+            .map(|size| LightMaps::new(gpu, &scene, size, true))
+            .transpose()?;
         let maps = match needs.maps {
             MapNeeds::Nothing => LightMaps::none(gpu)?,
-            reads => {
-                let with_rsm = reads == MapNeeds::Reflective;
-                LightMaps::new(gpu, &scene, frame.shadows.resolution, with_rsm)?
-            }
+            _ => LightMaps::new(gpu, &scene, size, is_reflective && small_rsm.is_none())?,
         };
         let frames_to_rest = (entry.frames_to_rest)(settings);
         let screen = Screen::new(
@@ -164,6 +172,7 @@ impl<'g> Renderer<'g> {
                 gpu,
                 scene,
                 maps,
+                small_rsm,
                 gbuffer,
                 output,
                 screen,
@@ -179,6 +188,10 @@ impl<'g> Renderer<'g> {
             },
             build,
         ))
+    }
+
+    fn all_maps_mut(&mut self) -> impl Iterator<Item = &mut LightMaps> {
+        [&mut self.maps].into_iter().chain(&mut self.small_rsm)
     }
 
     /// The next frame is the first of its history: what it shows has nothing to do with the frame
@@ -237,7 +250,7 @@ impl<'g> Renderer<'g> {
         let before = places(&self.scene);
         let moved = self.scene.set_pose(self.gpu, scene);
         for bounds in [before, places(&self.scene)].into_iter().flatten() {
-            self.maps.moved_in(bounds);
+            (self.all_maps_mut()).for_each(|maps| maps.moved_in(bounds));
         }
         stats.append(moved?);
         if was_whole && self.scene.dynamic.is_some() {
@@ -273,7 +286,7 @@ impl<'g> Renderer<'g> {
     /// Renders one frame: lights, visible surfaces, world-space store, indirect light, what pixels
     /// share of it, direct light, composite.
     pub fn render(&mut self, camera: &Camera) -> Result<FrameStats, Error> {
-        self.maps.forget();
+        (self.all_maps_mut()).for_each(LightMaps::forget);
         self.is_still = false;
         self.render_again(camera)
     }
@@ -303,15 +316,21 @@ impl<'g> Renderer<'g> {
             aspect: width as f32 / height as f32,
             split_lambda: self.settings.shadows.split_lambda,
         };
-        self.maps.follow(self.gpu, &self.scene, Some(watcher))?;
+        for maps in [&mut self.maps].into_iter().chain(&mut self.small_rsm) {
+            maps.follow(self.gpu, &self.scene, Some(watcher))?;
+        }
         stats.append(self.technique.follow(&context!(self), Change::Camera)?);
         let mut frame = Frame::new();
         frame.set_scene(&self.scene.set, &self.scene.materials);
         self.maps.draw(&mut frame, &self.scene);
+        if let Some(rsm) = &self.small_rsm {
+            rsm.draw(&mut frame, &self.scene);
+        }
         self.gbuffer.draw(&mut frame, &self.scene);
         let given = Inputs {
             scene: &self.scene,
             maps: &self.maps,
+            rsm: self.small_rsm.as_ref().unwrap_or(&self.maps),
             gbuffer: &self.gbuffer,
             direct: &self.output.direct,
             is_still,
@@ -329,7 +348,7 @@ impl<'g> Renderer<'g> {
         stats.append(self.gpu.submit(frame)?);
         self.gbuffer.keep_frame(&seen_with);
         self.screen.keep_frame(&seen_with);
-        self.maps.keep();
+        (self.all_maps_mut()).for_each(LightMaps::keep);
         (self.is_whole, self.is_still) = (true, true);
         Ok(stats)
     }
@@ -431,7 +450,11 @@ impl<'g> Renderer<'g> {
     /// A channel of one of the last frame's light maps; `None` where the technique asks for no such
     /// map.
     pub fn light_map(&self, channel: MapChannel, view: u32) -> Result<Option<Image>, Error> {
-        read_light_map(self.gpu, &self.maps, channel, view)
+        let maps = match (&self.small_rsm, channel) {
+            (Some(rsm), MapChannel::Normal | MapChannel::Reflected) => rsm,
+            _ => &self.maps,
+        };
+        read_light_map(self.gpu, maps, channel, view)
     }
 
     /// How many frames the diffuse light of each pixel of the last frame weighs, in red, and its

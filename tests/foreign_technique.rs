@@ -93,10 +93,7 @@ impl Toy {
 
 impl Technique for Toy {
     fn needs(&self) -> Needs {
-        Needs {
-            maps: MapNeeds::Shadows,
-            motion: false,
-        }
+        Needs::maps(MapNeeds::Shadows)
     }
 
     fn build(&mut self, _context: &Context<'_>) -> Result<FrameStats, Error> {

@@ -173,13 +173,18 @@ uint view_of(Light light, uvec2 views, vec3 position) {
 float visibility_in(
     Light light, uvec2 views, vec3 position, vec3 normal, float slack_m, bool faceted) {
     uint index = view_of(light, views, position);
-    float lit = view_visibility(index, light, position, normal, slack_m, faceted);
-    if (light.position_kind.w != LIGHT_DIRECTIONAL || index + 1u >= views.x + views.y) return lit;
-    LightView view = light_views[index];
-    float share = cascade_share(view, project(view, position).xy);
-    if (share == 1.0) return lit;
-    float coarser = view_visibility(index + 1u, light, position, normal, slack_m, faceted);
-    return mix(coarser, lit, share);
+    bool has_coarser =
+        light.position_kind.w == LIGHT_DIRECTIONAL && index + 1u < views.x + views.y;
+    float share = 1.0, lit = 0.0;
+    for (int turn = int(has_coarser); turn > 0; --turn) {
+        LightView view = light_views[index];
+        share = cascade_share(view, project(view, position).xy);
+    }
+    // A loop and not a branch: a software driver takes every branch, but leaves a loop when it may.
+    for (uint i = 0u; i < (share < 1.0 ? 2u : 1u); ++i)
+        lit += (i == 0u ? share : 1.0 - share)
+            * view_visibility(index + i, light, position, normal, slack_m, faceted);
+    return lit;
 }
 
 // The same by the views for lookups anywhere.

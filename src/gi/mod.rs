@@ -125,6 +125,20 @@ pub struct Needs {
     pub maps: MapNeeds,
     /// Whether it reads [`GBuffer::motion`], which is drawn for it alone.
     pub motion: bool,
+    /// Width and height (texels) of reflective shadow maps that it has use for, where that may be
+    /// less than shadow maps have.
+    pub rsm_size: Option<u32>,
+}
+
+impl Needs {
+    /// These maps, reflective ones as fine as shadow maps, and no motion.
+    pub const fn maps(maps: MapNeeds) -> Self {
+        Needs {
+            maps,
+            motion: false,
+            rsm_size: None,
+        }
+    }
 }
 
 /// What has changed since the last frame.
@@ -145,6 +159,8 @@ pub struct Inputs<'i> {
     pub scene: &'i GpuScene,
     /// The maps that the technique needs.
     pub maps: &'i LightMaps,
+    /// Those of them that are reflective: the same, or smaller ones ([`Needs::rsm_size`]).
+    pub rsm: &'i LightMaps,
     /// What each pixel sees.
     pub gbuffer: &'i GBuffer,
     /// RGBA32F: where a technique that shadows the direct light itself writes that light.

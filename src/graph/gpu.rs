@@ -331,6 +331,7 @@ impl Gpu {
                 issued: Vec::new(),
             });
         }
+        runner.pipelines.make(&self.device, &self.shared, frame)?;
         let count = u32::try_from(2 * frame.steps.len()).unwrap_or(u32::MAX);
         if runner.timestamps.count() < count {
             runner.timestamps = Timestamps::new(&self.device, count.next_power_of_two())?;

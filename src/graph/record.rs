@@ -3,8 +3,11 @@
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
+use std::num::NonZero;
 use std::ops::Range;
+use std::panic::resume_unwind;
 use std::sync::Arc;
+use std::thread;
 
 use ash::vk;
 
@@ -40,7 +43,7 @@ struct Layouts {
     asks_for_sky: bool,
 }
 
-/// Pipelines by pass and specialization constants, made when first used.
+/// Pipelines by pass and specialization constants, made before the first frame that uses them.
 #[derive(Default)]
 pub(super) struct Pipelines {
     layouts: HashMap<PassKey, Layouts>,
@@ -96,28 +99,77 @@ impl Pipelines {
         }
     }
 
+    fn pipeline_key(
+        &mut self,
+        device: &Arc<Device>,
+        shared: &SharedSets,
+        call: &PassCall,
+    ) -> Result<PipelineKey, Error> {
+        let layouts = self.layouts(device, shared, call)?;
+        let sky = call.sky.filter(|_| layouts.asks_for_sky);
+        let constants = (0..)
+            .zip(call.constants.iter().copied())
+            .chain(sky.map(|sky| (SKY, u32::from(sky))));
+        Ok((key_of(call), constants.collect()))
+    }
+
+    /// Makes the pipelines of a frame that are not there yet, on as many threads as there are
+    /// processors: compiling them is most of what a program waits for when it starts.
+    pub(super) fn make(
+        &mut self,
+        device: &Arc<Device>,
+        shared: &SharedSets,
+        frame: &Frame,
+    ) -> Result<(), Error> {
+        let mut missing: Vec<(PipelineKey, &'static Pass, Arc<PipelineLayout>)> = Vec::new();
+        for step in &frame.steps {
+            let Work::Pass(call) = &step.work else {
+                continue;
+            };
+            let key = self.pipeline_key(device, shared, call)?;
+            let is_known = self.pipelines.contains_key(&key)
+                || missing.iter().any(|(other, ..)| *other == key);
+            if !is_known {
+                let layout = Arc::clone(&self.layouts(device, shared, call)?.pipeline);
+                missing.push((key, call.pass, layout));
+            }
+        }
+        let modules = &self.modules;
+        let make = |(key, pass, layout): &(PipelineKey, &'static Pass, Arc<PipelineLayout>)| {
+            let used = pass.modules(key.0.1);
+            let made = create_pipeline(device, (pass, used), layout, modules, &key.1)?;
+            Ok((key.clone(), (*pass, made)))
+        };
+        // Threads of their own: a pool's could take up other work, which waits for this device.
+        let workers = thread::available_parallelism().map_or(1, NonZero::get);
+        let share = |worker: usize| missing.iter().skip(worker).step_by(workers).map(make);
+        let made: Vec<Result<Vec<_>, Error>> = thread::scope(|scope| {
+            let others = (1..workers.min(missing.len()))
+                .map(|worker| scope.spawn(move || share(worker).collect()))
+                .collect::<Vec<_>>();
+            let own = [share(0).collect()].into_iter();
+            own.chain(
+                others
+                    .into_iter()
+                    .map(|other| other.join().unwrap_or_else(|panic| resume_unwind(panic))),
+            )
+            .collect()
+        });
+        for made in made {
+            self.pipelines.extend(made?);
+        }
+        Ok(())
+    }
+
+    /// The pipeline of a call, which [`Pipelines::make`] has made.
     fn pipeline(
         &mut self,
         device: &Arc<Device>,
         shared: &SharedSets,
         call: &PassCall,
     ) -> Result<Arc<Pipeline>, Error> {
-        let layouts = self.layouts(device, shared, call)?;
-        let sky = call.sky.filter(|_| layouts.asks_for_sky);
-        let constants = (0..)
-            .zip(call.constants.iter().copied())
-            .chain(sky.map(|sky| (SKY, u32::from(sky))));
-        let key = (key_of(call), constants.collect());
-        if let Some((_, pipeline)) = self.pipelines.get(&key) {
-            return Ok(Arc::clone(pipeline));
-        }
-        let layout = Arc::clone(&self.layouts(device, shared, call)?.pipeline);
-        let modules = call.pass.modules(call.queries());
-        let pipeline =
-            create_pipeline(device, (call.pass, modules), &layout, &self.modules, &key.1)?;
-        self.pipelines
-            .insert(key, (call.pass, Arc::clone(&pipeline)));
-        Ok(pipeline)
+        let key = self.pipeline_key(device, shared, call)?;
+        Ok(Arc::clone(&self.pipelines[&key].1))
     }
 
     /// Takes a module in place of the embedded one, and makes all pipelines with it again. Returns

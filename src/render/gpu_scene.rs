@@ -88,6 +88,9 @@ pub enum TextureUse {
 }
 
 impl TextureUse {
+    /// All of them.
+    pub const ALL: [TextureUse; 3] = [TextureUse::None, TextureUse::Textured, TextureUse::Masked];
+
     fn of(material: &Material) -> Self {
         match (
             material.mask_texture,
@@ -549,13 +552,19 @@ impl GpuScene {
 
     /// A draw of all triangles of each material.
     pub fn draws(&self) -> Vec<DrawBatch> {
+        self.draws_where(|_| true)
+    }
+
+    /// The same of those with such textures.
+    pub fn draws_where(&self, is_drawn: impl Fn(TextureUse) -> bool) -> Vec<DrawBatch> {
+        let has_such = |batch: &&Batch| is_drawn(self.texture_use[batch.material as usize]);
         let draw = |batch: &Batch| DrawBatch {
             material: batch.material,
             first_vertex: 3 * batch.first_triangle,
             vertex_count: 3 * batch.triangle_count,
             ..Default::default()
         };
-        self.batches.iter().map(draw).collect()
+        self.batches.iter().filter(has_such).map(draw).collect()
     }
 
     /// Smallest and largest corner (m) of all that light can fall on, at any time.

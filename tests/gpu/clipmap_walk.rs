@@ -312,6 +312,7 @@ impl<'g> Still<'g> {
         let given = Inputs {
             scene: gpu_scene,
             maps,
+            rsm: maps,
             gbuffer,
             direct: &output.direct,
             is_still: true,

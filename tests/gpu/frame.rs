@@ -5,6 +5,7 @@ use crate::support::technique::{Surfaces, default_cases, frame, small_lights, sm
 use crate::support::{Random, gpu};
 use glam::Vec3;
 use lumivox::frame::Renderer;
+use lumivox::gi::registry::find;
 use lumivox::image::Aov;
 use lumivox::render::{GpuScene, MapChannel, SurfaceChannel};
 use lumivox::scene::{Camera, Light, Scene, camera_toml, lights_toml};
@@ -152,5 +153,40 @@ fn overlays_that_cannot_be_name_the_key() {
             error.contains(says) && error.contains("--with"),
             "{text}: {error}"
         );
+    }
+}
+
+/// Reflective maps have as many texels as voxels have use for, and no more than shadow maps.
+#[test]
+fn reflective_maps_are_as_fine_as_voxels_need() {
+    let gpu = gpu();
+    let scene = small_room(Surfaces::Diffuse, vec![small_lights()[0].1]);
+    for technique in ["voxel-mips", "svo", "clipmap"] {
+        let entry = find(technique).unwrap();
+        for (per_voxel, shadows, expected) in [
+            ("4", 256, 64),
+            ("2", 256, 32),
+            ("0", 256, 256),
+            ("4", 32, 32),
+        ] {
+            let pairs = [
+                "resolution=16".to_owned(),
+                format!("rsm_per_voxel={per_voxel}"),
+                "injection=rsm".to_owned(),
+            ];
+            let settings = entry.settings(Some("cones"), &pairs).unwrap();
+            let frame = frame(32, 16, shadows);
+            let (mut renderer, _) = Renderer::new(&gpu, &scene, entry, &settings, frame).unwrap();
+            renderer.render(&scene.camera).unwrap();
+            let size = |channel| renderer.light_map(channel, 0).unwrap().unwrap().size();
+            let sizes = [MapChannel::Depth, MapChannel::Normal, MapChannel::Reflected].map(size);
+            let expected = [shadows, expected, expected].map(|size| (size, size));
+            assert_eq!(sizes, expected, "{technique}, {pairs:?}");
+            let light = renderer.aov(Aov::Indirect).unwrap();
+            assert!(
+                light.pixels.iter().any(|light| light.y > 0.0),
+                "{technique}, {pairs:?}: it is dark"
+            );
+        }
     }
 }

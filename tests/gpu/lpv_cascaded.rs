@@ -91,6 +91,7 @@ impl<'g> Walk<'g> {
         let given = Inputs {
             scene: &self.scene,
             maps: &self.maps,
+            rsm: &self.maps,
             gbuffer: &self.gbuffer,
             direct: &self.output.direct,
             is_still: false,

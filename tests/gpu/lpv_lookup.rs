@@ -66,6 +66,7 @@ fn answer(gpu: &Gpu, lit: &Lit, view: &View, lookup: Lookup) -> [Vec<DVec4>; 2] 
         let given = Inputs {
             scene: &lit.scene,
             maps: &lit.maps,
+            rsm: &lit.maps,
             gbuffer: &view.gbuffer,
             direct: &view.result,
             is_still: false,

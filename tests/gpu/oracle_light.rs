@@ -86,6 +86,7 @@ fn light_voxels(
     let triangles = (settings.meets_triangles()).then(|| SceneRays::new(gpu, gpu_scene).unwrap());
     let inputs = LightInputs {
         maps: &maps,
+        rsm: &maps,
         triangles: triangles.as_ref(),
     };
     let voxel_light = VoxelLight::new(gpu, gpu_scene, &read.voxels, settings).unwrap();

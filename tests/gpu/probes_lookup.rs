@@ -437,6 +437,7 @@ fn bounced_light_is_the_oracles() {
         let given = Inputs {
             scene: on_gpu,
             maps: &light_maps,
+            rsm: &light_maps,
             gbuffer: &view.gbuffer,
             direct: &view.result,
             is_still: false,

@@ -105,8 +105,10 @@ fn a_still_scene_keeps_its_light_and_a_moving_camera_sees_the_same() {
     }
 }
 
-/// Settings that no preset has, and what is still done in each frame.
-const OTHERS: &[(&str, &str, &[(&str, &str)], &[&str])] = &[
+type Pairs = &'static [(&'static str, &'static str)];
+
+/// Technique, preset, settings that no preset has, and what is still done in each frame.
+const OTHERS: &[(&str, &str, Pairs, &[&str])] = &[
     ("voxel-mips", "cones", &[("bounces", "2")], &[]),
     ("voxel-mips", "accurate", &[("bounces", "3")], &[]),
     ("svo", "directional", &[("bounces", "2")], &[]),

@@ -35,6 +35,7 @@ const DEFAULT: LightSettings = LightSettings {
     occlusion: Occlusion::RaysSoft,
     kappa: 0.0,
     emission: EmissionSeenBy::All,
+    rsm_per_voxel: 0,
 };
 
 /// Voxels of a scene that can be lit in several ways. κ = 0 is light without any shadow.

@@ -74,10 +74,7 @@ struct Given {
 
 impl Technique for Given {
     fn needs(&self) -> Needs {
-        Needs {
-            maps: MapNeeds::Nothing,
-            motion: false,
-        }
+        Needs::maps(MapNeeds::Nothing)
     }
 
     fn build(&mut self, _: &Context<'_>) -> Result<FrameStats, Error> {

@@ -17,8 +17,8 @@ struct WithMotion;
 impl Technique for WithMotion {
     fn needs(&self) -> Needs {
         Needs {
-            maps: MapNeeds::Nothing,
             motion: true,
+            ..Needs::maps(MapNeeds::Nothing)
         }
     }
 

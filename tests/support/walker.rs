@@ -136,6 +136,7 @@ impl<'g> Walker<'g> {
         let given = Inputs {
             scene: gpu_scene,
             maps,
+            rsm: maps,
             gbuffer,
             direct: &output.direct,
             is_still: *is_still,

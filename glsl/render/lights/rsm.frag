@@ -20,24 +20,30 @@ layout(std430, set = 1, binding = 0) readonly buffer LightViews { LightView ligh
 layout(push_constant) uniform ViewParams { uint view; } params;
 #endif
 
+layout(constant_id = 0) const bool MASKED = true;    // every material has a mask
+layout(constant_id = 1) const bool TEXTURED = true;
+layout(constant_id = 2) const bool SPOT = true;      // of a spot light
+
 layout(location = 0) out uint rsm_normal;
 layout(location = 1) out vec4 rsm_reflected;   // square roots of albedo × falloff
 
 void main() {
     Material m = materials[material];
-    bool is_cut =
-        m.albedo.w > 0.0 && texture(sampler2D(mask_texture, linear_repeat), uv).r < 0.5;
-    Light light = lights[light_views[params.view].light.x];
-    vec3 albedo = m.albedo.rgb * (1.0 - m.metalness.x)
-        * texture(sampler2D(albedo_texture, linear_repeat), uv).rgb;
+    bool is_cut = false;
+    if (MASKED) is_cut = texture(sampler2D(mask_texture, linear_repeat), uv).r < 0.5;
+    vec3 albedo = m.albedo.rgb * (1.0 - m.metalness.x);
+    if (TEXTURED) albedo *= texture(sampler2D(albedo_texture, linear_repeat), uv).rgb;
+    if (SPOT) {
+        Light light = lights[light_views[params.view].light.x];
+        albedo *= light_falloff(light, normalize(position_ws - light.position_kind.xyz));
+    }
 #ifdef CASCADE
     rsm_normal = pack_unit(normal);
     gl_FragDepth = cascade_depth();
 #else
     rsm_normal = pack_unit(normalize(cross(dFdx(position_ws), dFdy(position_ws))));
 #endif
-    rsm_reflected = vec4(
-        sqrt(albedo * light_falloff(light, normalize(position_ws - light.position_kind.xyz))), 1.0);
+    rsm_reflected = vec4(sqrt(albedo), 1.0);
     // Last: differences to neighbours need them alive.
     if (is_cut) discard;
 }

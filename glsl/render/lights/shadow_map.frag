@@ -6,16 +6,17 @@
 #include "shared/material.glsl"
 
 layout(location = 1) in vec2 uv;
-layout(location = 2) flat in uint material;
+
+layout(constant_id = 0) const bool MASKED = true;   // every material has a mask
 
 #ifdef CASCADE
 #include "render/lights/cascade_depth.glsl"
 #endif
 
 void main() {
-    if (materials[material].albedo.w > 0.0
-        && texture(sampler2D(mask_texture, linear_repeat), uv).r < 0.5)
-        discard;
+    if (MASKED) {
+        if (texture(sampler2D(mask_texture, linear_repeat), uv).r < 0.5) discard;
+    }
 #ifdef CASCADE
     gl_FragDepth = cascade_depth();
 #endif

@@ -145,13 +145,10 @@ impl CellSettings {
     /// What lighting cells reads.
     pub(super) fn needs(&self) -> Needs {
         let reads_texels = self.source == Source::Rsm || self.occlusion == Occlusion::Fuzzy;
-        Needs {
-            maps: if reads_texels {
-                MapNeeds::Reflective
-            } else {
-                MapNeeds::Shadows
-            },
-            motion: false,
-        }
+        Needs::maps(if reads_texels {
+            MapNeeds::Reflective
+        } else {
+            MapNeeds::Shadows
+        })
     }
 }

@@ -21,10 +21,7 @@ struct NoLight;
 
 impl Technique for NoLight {
     fn needs(&self) -> Needs {
-        Needs {
-            maps: MapNeeds::Direct,
-            motion: false,
-        }
+        Needs::maps(MapNeeds::Direct)
     }
 
     fn build(&mut self, _context: &Context<'_>) -> Result<FrameStats, Error> {

@@ -8,7 +8,9 @@ use super::rays::{MomentFilter, Moved, ProbeRays, corners, widened};
 use super::volume::{Maps, Volume, buffer};
 use crate::gi::settings::{Domain, Setting};
 use crate::gi::shared::bounces::LightBounces;
-use crate::gi::{CastRays, Change, Context, Inputs, Needs, Settings, StoreKind, Technique, Wanted};
+use crate::gi::{
+    CastRays, Change, Context, Inputs, MapNeeds, Needs, Settings, StoreKind, Technique, Wanted,
+};
 use crate::gpu_struct;
 use crate::graph::compute::linear_groups;
 use crate::graph::{
@@ -211,6 +213,10 @@ impl Borrowed {
         Needs {
             maps: of_store.maps.max(own.maps),
             motion: of_store.motion || own.motion,
+            // What the borrower reads may be finer than what the store has use for.
+            rsm_size: of_store
+                .rsm_size
+                .filter(|_| own.maps != MapNeeds::Reflective),
         }
     }
 

@@ -312,10 +312,7 @@ impl IrradianceProbes {
 impl Technique for IrradianceProbes {
     fn needs(&self) -> Needs {
         let own = match (self.source.voxels(), self.uses_maps) {
-            (Some(_), true) => Needs {
-                maps: MapNeeds::Reflective,
-                motion: false,
-            },
+            (Some(_), true) => Needs::maps(MapNeeds::Reflective),
             (_, uses_maps) => paths::needs(uses_maps),
         };
         (self.borrowed.as_ref()).map_or(own, |borrowed| borrowed.needs(own))

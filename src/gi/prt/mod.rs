@@ -279,10 +279,7 @@ fn lit_scene(scene: &GpuScene) -> Scene {
 
 impl Technique for Prt {
     fn needs(&self) -> Needs {
-        Needs {
-            maps: MapNeeds::Direct,
-            motion: false,
-        }
+        Needs::maps(MapNeeds::Direct)
     }
 
     fn build(&mut self, &Context { gpu, scene, .. }: &Context<'_>) -> Result<FrameStats, Error> {

@@ -142,14 +142,11 @@ impl RayTraced {
 
 impl Technique for RayTraced {
     fn needs(&self) -> Needs {
-        Needs {
-            maps: match (self.settings.uses_maps, &self.cache) {
-                (true, Some(_)) => MapNeeds::Reflective,
-                (true, None) => MapNeeds::Shadows,
-                (false, _) => MapNeeds::Direct,
-            },
-            motion: false,
-        }
+        Needs::maps(match (self.settings.uses_maps, &self.cache) {
+            (true, Some(_)) => MapNeeds::Reflective,
+            (true, None) => MapNeeds::Shadows,
+            (false, _) => MapNeeds::Direct,
+        })
     }
 
     fn build(&mut self, &Context { gpu, scene, .. }: &Context<'_>) -> Result<FrameStats, Error> {

@@ -138,6 +138,17 @@ pub(super) const SUBSTITUTIONS: &[Substitution] = &[
         },
     },
     Substitution {
+        name: "reflective maps",
+        help: "reflective shadow maps as fine as shadow maps, instead of a few texels a voxel",
+        pairs: |settings| {
+            if settings.is("injection", "rsm") && settings.count("rsm_per_voxel") > 0 {
+                vec!["rsm_per_voxel=0".into()]
+            } else {
+                Vec::new()
+            }
+        },
+    },
+    Substitution {
         name: "filtering",
         help: "exact rays through the finest voxels, instead of samples of filtered ones",
         pairs: |settings| {

@@ -32,6 +32,8 @@ pub struct VoxelCones<S> {
     pub store: S,
     gatherer: Gatherer,
     emitters: Emitters,
+    /// Largest extent of the scene (m).
+    extent_m: f32,
     /// The scene's triangles, where rays meet them; made by the first build.
     triangles: Option<SceneRays>,
     /// RGBA32F: indirect specular radiance; absent where nothing mirrors.
@@ -92,6 +94,7 @@ fn surrounds(scene: &GpuScene) -> bool {
 fn light_inputs<'f>(given: &Inputs<'f>, triangles: &'f Option<SceneRays>) -> LightInputs<'f> {
     LightInputs {
         maps: given.maps,
+        rsm: given.rsm,
         triangles: triangles.as_ref(),
     }
 }
@@ -130,6 +133,7 @@ impl<S: VoxelStore> VoxelCones<S> {
             store: S::new(context, settings, &parts)?,
             gatherer: parts.gatherer,
             emitters,
+            extent_m: (scene.bounds.1 - scene.bounds.0).max_element(),
             triangles: None,
             specular: has_specular
                 .then(|| screen_image(gpu, &format!("{name}.specular"), size))
@@ -151,8 +155,8 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
             MapNeeds::Nothing
         };
         Needs {
-            maps,
-            motion: false,
+            rsm_size: light.rsm_size(self.extent_m, self.store.voxel_size()),
+            ..Needs::maps(maps)
         }
     }
 

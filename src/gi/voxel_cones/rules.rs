@@ -80,6 +80,11 @@ pub(super) const RULES: &[Rule] = &[
     ),
     Rule {
         group: Group::Light,
+        settings: &["rsm_per_voxel"],
+        applies: |settings| settings.is("injection", "rsm"),
+    },
+    Rule {
+        group: Group::Light,
         settings: &["occlusion_kappa"],
         applies: |settings| settings.is("voxel_occlusion", "rays-soft"),
     },

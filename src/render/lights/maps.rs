@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use super::super::GpuScene;
-use super::super::gpu_scene::storage;
+use super::super::gpu_scene::{TextureUse, storage};
 use super::cascades::Watcher;
 use super::views::{GpuLightView, ViewRanges, Viewed, light_views, sees, without_power};
 use crate::gpu_struct;
@@ -59,7 +59,7 @@ const fn shadow_maps(vertex: &'static str, fragment: &'static str) -> Pass {
             },
         },
         bindings: &BINDINGS,
-        constants: &[],
+        constants: &["MASKED"],
         params: Some(ViewParams::LAYOUT),
         sets: Sets::SceneAndMaterials,
     }
@@ -90,7 +90,7 @@ const fn rsm(vertex: &'static str, fragment: &'static str) -> Pass {
             },
         },
         bindings: &BINDINGS,
-        constants: &[],
+        constants: &["MASKED", "TEXTURED", "SPOT"],
         params: Some(ViewParams::LAYOUT),
         sets: Sets::SceneAndMaterials,
     }
@@ -265,22 +265,37 @@ impl LightMaps {
 
     /// Adds the passes that draw the views that are not drawn yet.
     pub fn draw(&self, frame: &mut Frame, scene: &GpuScene) {
-        let clear = ClearOrLoad::Clear([0.0; 4]);
         for view in (0..self.rows.len() as u32).filter(|view| !self.is_drawn[*view as usize]) {
-            let push = bytemuck::bytes_of(&ViewParams { view }).to_vec();
-            let draws: Vec<DrawBatch> = scene
-                .draws()
-                .into_iter()
-                .map(|draw| DrawBatch {
-                    push: push.clone(),
-                    ..draw
-                })
-                .collect();
+            self.draw_view(frame, scene, view);
+        }
+    }
+
+    /// Draws those surfaces together that sample the same kinds of textures: a pixel without does
+    /// not pay for them.
+    fn draw_view(&self, frame: &mut Frame, scene: &GpuScene, view: u32) {
+        let push = bytemuck::bytes_of(&ViewParams { view }).to_vec();
+        let of_kind = |kind| (kind, scene.draws_where(|textures| textures == kind));
+        let mut kinds: Vec<_> = TextureUse::ALL.map(of_kind).into();
+        kinds.retain(|(_, draws)| !draws.is_empty());
+        if kinds.is_empty() {
+            // A map of nothing is clear.
+            kinds.push((TextureUse::None, Vec::new()));
+        }
+        for (index, (kind, draws)) in kinds.into_iter().enumerate() {
+            let with_push = |draw| DrawBatch {
+                push: push.clone(),
+                ..draw
+            };
+            let draws = draws.into_iter().map(with_push).collect();
+            let [clear, clear_uint] = if index == 0 {
+                [ClearOrLoad::Clear([0.0; 4]), ClearOrLoad::ClearUint(0)]
+            } else {
+                [ClearOrLoad::Load; 2]
+            };
             let color: Vec<_> = match &self.rsm {
-                Some([normal, reflected]) if view < self.view_count => vec![
-                    (normal, 0, view, ClearOrLoad::ClearUint(0)),
-                    (reflected, 0, view, clear),
-                ],
+                Some([normal, reflected]) if view < self.view_count => {
+                    vec![(normal, 0, view, clear_uint), (reflected, 0, view, clear)]
+                }
                 _ => Vec::new(),
             };
             let targets = Targets {
@@ -291,15 +306,22 @@ impl LightMaps {
             };
             let is_cascade = self.rows[view as usize].anchor[3] > 0.0;
             let pass = match (color.is_empty(), is_cascade) {
-                (true, false) => &SHADOW_MAPS,
-                (true, true) => &SHADOW_CASCADES,
-                (false, false) => &RSM,
-                (false, true) => &RSM_CASCADES,
+                (true, false) => frame.pass(&SHADOW_MAPS),
+                (true, true) => frame.pass(&SHADOW_CASCADES),
+                (false, false) => frame.pass(&RSM),
+                (false, true) => frame.pass(&RSM_CASCADES),
             };
-            frame
-                .pass(pass)
+            let pass = pass
                 .bind("light_views", &self.views)
-                .draw(targets, draws);
+                .constant("MASKED", kind == TextureUse::Masked);
+            let pass = if color.is_empty() {
+                pass
+            } else {
+                let light = self.lights[self.rows[view as usize].light[0] as usize];
+                pass.constant("TEXTURED", kind != TextureUse::None)
+                    .constant("SPOT", matches!(light, Light::Spot { .. }))
+            };
+            pass.draw(targets, draws);
         }
     }
 }

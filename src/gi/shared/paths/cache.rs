@@ -57,6 +57,7 @@ impl Cache {
         if let Some((voxels, light)) = &self.grid.lit {
             let inputs = LightInputs {
                 maps: given.maps,
+                rsm: given.rsm,
                 triangles: Some(triangles),
             };
             light.update(frame, voxels, inputs, None);

@@ -124,15 +124,11 @@ impl PathScene {
 
 /// What a technique reads that lights what rays hit by shadow maps (`uses_maps`), or by rays.
 pub fn needs(uses_maps: bool) -> Needs {
-    let maps = if uses_maps {
+    Needs::maps(if uses_maps {
         MapNeeds::Shadows
     } else {
         MapNeeds::Direct
-    };
-    Needs {
-        maps,
-        motion: false,
-    }
+    })
 }
 
 /// First ray, and one beyond the last, of as many dispatches as it takes if a thread follows

@@ -100,6 +100,14 @@ pub static SETTINGS: &[Setting] = &[
         default: "rsm",
     },
     Setting {
+        name: "rsm_per_voxel",
+        help: "texels of reflective shadow maps along an edge of a voxel, were a map as wide as \
+               the scene; at most as many as shadow maps have; 0: just as many",
+        unit: "texels",
+        domain: Domain::Count { min: 0, max: 64 },
+        default: "4",
+    },
+    Setting {
         name: "attenuation",
         help: "how light on shaded voxels (injection = voxel, and holes of rsm) depends on its \
                angle: standard (cosine to the mean normal) or normal-weighted (cosines to the \

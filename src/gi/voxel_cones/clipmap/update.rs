@@ -186,7 +186,7 @@ impl Clipmap {
     pub(super) fn light_due(&mut self, frame: &mut Frame, lights: LightInputs<'_>) {
         let due = self.due.clone();
         if due.iter().any(|index| !self.levels[*index].is_lit()) {
-            self.bound_tiles(frame, lights.maps);
+            self.bound_tiles(frame, lights.rsm);
         }
         let mut changed = VoxelBox::NONE;
         for index in due.iter().copied() {

@@ -102,39 +102,31 @@ void store_fragment(TriangleSetup s, Surface surface, uint triangle, ivec3 local
     }
 }
 
-// Stores the fragment of a voxel in its place where there is one. `has_edges`: as in area_inside().
+// Stores the fragment of a voxel in its place where there is one. A mask leaves a part of the
+// fragment or nothing; what it leaves is marked and finds its place here. `has_edges`: as in
+// area_inside(). Called in few places: drivers take long to compile each.
 void place_fragment(TriangleSetup s, Surface surface, uint triangle, ivec3 local_voxel, uint slot,
     bool has_edges) {
-    if (slot >= params.capacity) return;
     vec3 mean_position;
     float area = area_inside(s, local_voxel, has_edges, mean_position) * surface.area_steps;
-    store_fragment(s, surface, triangle, local_voxel, slot, vec4(mean_position, area));
-}
-
-// The same with a material that has a mask, which leaves a part of the fragment or nothing.
-void place_masked_fragment(
-    TriangleSetup s, Surface surface, uint triangle, ivec3 local_voxel, uvec3 voxel) {
-    vec3 mean_position;
-    float area = area_inside(s, local_voxel, true, mean_position) * surface.area_steps;
-    TexturePosition at = texture_position(s, triangle, vec2(local_voxel.xy) + mean_position.xy);
-    float covered = sample_texture(mask_texture, at).r;
-    if (covered < 0.5) return;
-    mark(voxel);
-    uint slot = atomicAdd(fragment_count, 1u);
+    if (MASKED != 0u) {
+        TexturePosition at =
+            texture_position(s, triangle, vec2(local_voxel.xy) + mean_position.xy);
+        float covered = sample_texture(mask_texture, at).r;
+        if (covered < 0.5) return;
+        area *= covered;
+        mark(uvec3(unpermute(s.base + local_voxel, s.axis)));
+        slot = atomicAdd(fragment_count, 1u);
+    }
     if (slot >= params.capacity) return;
-    store_fragment(s, surface, triangle, local_voxel, slot, vec4(mean_position, area * covered));
+    store_fragment(s, surface, triangle, local_voxel, slot, vec4(mean_position, area));
 }
 
 // Marks one touched voxel of triangle number `triangle` as occupied, and stores the fragment in its
 // place.
 void emit_fragment(TriangleSetup s, Surface surface, uint triangle, ivec3 local_voxel, uint slot) {
-    uvec3 voxel = uvec3(unpermute(s.base + local_voxel, s.axis));
-    if (MASKED != 0u) {
-        place_masked_fragment(s, surface, triangle, local_voxel, voxel);
-    } else {
-        mark(voxel);
-        place_fragment(s, surface, triangle, local_voxel, slot, true);
-    }
+    if (MASKED == 0u) mark(uvec3(unpermute(s.base + local_voxel, s.axis)));
+    place_fragment(s, surface, triangle, local_voxel, slot, true);
 }
 
 #endif

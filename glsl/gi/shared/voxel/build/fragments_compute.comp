@@ -127,12 +127,8 @@ bool voxelize_tile(uint thread, TriangleSetup s, Surface surface, Tile tile) {
         }
         for (i = 0u; i < cut; ++i, ++slot) {
             ivec3 voxel = queued_voxel(queue[bottom + i], tile.low);
-            if (MASKED != 0u) {
-                emit_fragment(s, surface, tile.triangle, voxel, slot);
-            } else {
-                mark_with(marks, s, voxel);
-                place_fragment(s, surface, tile.triangle, voxel, slot, true);
-            }
+            if (MASKED == 0u) mark_with(marks, s, voxel);
+            place_fragment(s, surface, tile.triangle, voxel, slot, true);
         }
         atomicOr(occupancy[marks.x], marks.y);
         if (k < inner || i < cut) return false;

@@ -50,7 +50,7 @@ impl Voxelizer {
             clip_z,
         };
         // A material pays for the textures that it has: one variant for each kind.
-        for kind in [TextureUse::None, TextureUse::Textured, TextureUse::Masked] {
+        for kind in TextureUse::ALL {
             let is_of = |batch: &&Batch| scene.texture_use[batch.material as usize] == kind;
             let batches: Vec<_> = batches.iter().filter(is_of).collect();
             if batches.is_empty() {

@@ -38,6 +38,8 @@ const TURNS_A_POINT: u32 = 1280;
 pub struct LightInputs<'l> {
     /// Maps of the lights.
     pub maps: &'l LightMaps,
+    /// Reflective ones, which may be smaller.
+    pub rsm: &'l LightMaps,
     /// The scene's triangles, where rays from voxels to lights meet them.
     pub triangles: Option<&'l SceneRays>,
 }
@@ -46,6 +48,7 @@ impl<'l> From<&'l LightMaps> for LightInputs<'l> {
     fn from(maps: &'l LightMaps) -> Self {
         LightInputs {
             maps,
+            rsm: maps,
             triangles: None,
         }
     }
@@ -276,7 +279,7 @@ impl VoxelLight {
         inputs: LightInputs<'_>,
         dense: Option<&Arc<Image>>,
     ) {
-        let LightInputs { maps, .. } = inputs;
+        let maps = inputs.rsm;
         frame.fill(CLEAR_LIGHT, &self.counters, 0);
         if let (Injection::Rsm, Some(rsm), false) =
             (self.settings.injection, &maps.rsm, self.is_given)
@@ -326,7 +329,9 @@ impl VoxelLight {
         &self,
         frame: &mut Frame,
         voxels: &VoxelRecords,
-        LightInputs { maps, triangles }: LightInputs<'_>,
+        LightInputs {
+            maps, triangles, ..
+        }: LightInputs<'_>,
         dense: Option<&Arc<Image>>,
         [indirect, counting]: [bool; 2],
         viewer: Viewer,
@@ -485,8 +490,12 @@ fn flux_words(flux: Vec3, unit: f32) -> [u32; 5] {
 
 /// Voxels of a size (m) along the largest extent of the scene, to the next power of two.
 fn scene_resolution(scene: &GpuScene, voxel_size: f32) -> u32 {
-    let extent = (scene.bounds.1 - scene.bounds.0).max_element();
-    ((extent / voxel_size).ceil().clamp(1.0, 65536.0) as u32).next_power_of_two()
+    voxels_along((scene.bounds.1 - scene.bounds.0).max_element(), voxel_size)
+}
+
+/// Voxels of a size along an extent (m), to the next power of two.
+pub(super) fn voxels_along(extent_m: f32, voxel_size: f32) -> u32 {
+    ((extent_m / voxel_size).ceil().clamp(1.0, 65536.0) as u32).next_power_of_two()
 }
 
 /// One integer step of injected radiance: 2⁻²⁰ of what the strongest light makes of a white surface

@@ -1,5 +1,6 @@
 //! How voxels are lit: what a technique chooses, and what it asks of maps and memory.
 
+use super::voxels_along;
 use crate::gi::Settings;
 use crate::gi::shared::voxel::LightBounces;
 
@@ -110,6 +111,9 @@ pub struct LightSettings {
     pub kappa: f32,
     /// Who sees what surfaces emit.
     pub emission: EmissionSeenBy,
+    /// Texels of reflective shadow maps along an edge of a voxel, were a map as wide as the scene;
+    /// 0: as many as shadow maps have.
+    pub rsm_per_voxel: u32,
 }
 
 impl LightSettings {
@@ -142,6 +146,7 @@ impl LightSettings {
             occlusion,
             kappa: settings.number("occlusion_kappa"),
             emission: EmissionSeenBy::All,
+            rsm_per_voxel: settings.count("rsm_per_voxel"),
         }
     }
 
@@ -157,7 +162,15 @@ impl LightSettings {
             occlusion,
             kappa: 1.0,
             emission: EmissionSeenBy::All,
+            rsm_per_voxel: 0,
         }
+    }
+
+    /// Width and height (texels) of reflective shadow maps for voxels of a size (m) in a scene of
+    /// an extent (m), where they need not be as fine as shadow maps.
+    pub fn rsm_size(&self, extent_m: f32, voxel_size: Option<f32>) -> Option<u32> {
+        let along = voxels_along(extent_m, voxel_size?);
+        (self.rsm_per_voxel > 0).then(|| self.rsm_per_voxel.saturating_mul(along))
     }
 
     /// Radiances of a voxel, with an opacity each: of its sides, or of its faces.
