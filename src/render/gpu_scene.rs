@@ -159,6 +159,8 @@ pub struct GpuScene {
     pub is_emissive: bool,
     /// Some surface has a specular lobe.
     pub is_glossy: bool,
+    /// Some surface has a normal map.
+    pub is_bumped: bool,
     /// What emits, where it is now, in small parts (on the host alone).
     pub emitters: Vec<Emitter>,
     /// The largest emitted radiance of any channel (W/(m² sr)).
@@ -376,6 +378,7 @@ impl GpuScene {
             texture_use: scene.materials.iter().map(TextureUse::of).collect(),
             is_emissive: scene.is_emissive(),
             is_glossy: scene.is_glossy(),
+            is_bumped: (scene.materials.iter()).any(|material| material.normal_texture.is_some()),
             emitters: emitters(scene),
             largest_emission,
             bounds: scene

@@ -6,6 +6,11 @@
 #include "shared/material.glsl"
 #include "shared/packing.glsl"
 
+// Whether some material of the scene has a mask, any other texture but bumps, and bumps.
+layout(constant_id = 0) const bool MASKED = true;
+layout(constant_id = 1) const bool TEXTURED = true;
+layout(constant_id = 2) const bool BUMPED = true;
+
 layout(location = 0) in vec3 position_ws;
 layout(location = 1) in vec3 normal_ws;
 layout(location = 2) in vec2 uv;
@@ -109,15 +114,19 @@ float depth_on_plane(vec3 a, vec3 b, vec3 c, float interpolated) {
 void main() {
     uvec3 triangle = vertices_of(triangle_index);
     Material m = materials[triangle_materials[triangle_index]];
-    bool is_cut =
-        m.albedo.w > 0.0 && texture(sampler2D(mask_texture, linear_repeat), uv).r < 0.5;
-    vec3 base = m.albedo.rgb * texture(sampler2D(albedo_texture, linear_repeat), uv).rgb;
+    bool is_cut = false;
+    if (MASKED)
+        is_cut = m.albedo.w > 0.0 && texture(sampler2D(mask_texture, linear_repeat), uv).r < 0.5;
+    vec3 base = m.albedo.rgb;
+    if (TEXTURED) base *= texture(sampler2D(albedo_texture, linear_repeat), uv).rgb;
     vec3 a = position_of(triangle.x), b = position_of(triangle.y), c = position_of(triangle.z);
     vec3 geometric = normalize(cross(b - a, c - a));
     vec3 shading = on_side_of(geometric, normalize(normal_ws));
     float spread = 1.0;
-    if (m.emission.w > 0.0)
-        shading = on_side_of(geometric, mapped_normal(triangle, shading, spread));
+    if (BUMPED) {
+        if (m.emission.w > 0.0)
+            shading = on_side_of(geometric, mapped_normal(triangle, shading, spread));
+    }
     vec3 to_eye = frame.eye_ws.xyz - position_ws;
     bool front = dot(geometric, to_eye) >= 0.0;
     view_depth_m = depth_on_plane(a, b, c, -dot(to_eye, frame.ray_forward.xyz));
@@ -130,10 +139,9 @@ void main() {
         m.specular.w);
 #endif
 #ifdef EMISSIVE
-    emission =
-        vec4(front ? m.emission.rgb * texture(sampler2D(emission_texture, linear_repeat), uv).rgb
-                   : vec3(0.0),
-            0.0);
+    vec3 radiance = m.emission.rgb;
+    if (TEXTURED) radiance *= texture(sampler2D(emission_texture, linear_repeat), uv).rgb;
+    emission = vec4(front ? radiance : vec3(0.0), 0.0);
 #endif
 #ifdef MOTION
     float turned = before.has_moved == 0u

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::super::gpu_scene::{FrameConstants, GpuScene};
+use super::super::gpu_scene::{FrameConstants, GpuScene, TextureUse};
 use super::motion::{MotionParams, Previous};
 use crate::graph::{
     Access, Binding, ClearOrLoad, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind,
@@ -26,18 +26,21 @@ const fn gbuffer_pass(color: &'static [vk::Format], fragment: &'static str) -> P
         name: "render.gbuffer",
         shaders: shaders("render/screen/gbuffer.vert", fragment, color),
         bindings: &[],
-        constants: &[],
+        constants: TEXTURES,
         params: None,
         sets: Sets::SceneAndMaterials,
     }
 }
+
+/// Whether materials have masks, any other textures but bumps, and bumps.
+const TEXTURES: &[&str] = &["MASKED", "TEXTURED", "BUMPED"];
 
 const fn motion_pass(color: &'static [vk::Format], fragment: &'static str) -> Pass {
     Pass {
         name: "render.gbuffer",
         shaders: shaders("render/screen/gbuffer_motion.vert", fragment, color),
         bindings: PREVIOUS,
-        constants: &[],
+        constants: TEXTURES,
         params: Some(MotionParams::LAYOUT),
         sets: Sets::SceneAndMaterials,
     }
@@ -270,7 +273,12 @@ impl GBuffer {
             extent: self.size,
             viewport: None,
         };
-        let (pass, draws) = (frame.pass(&GBUFFER[index]), scene.draws());
+        let uses = |kind| scene.texture_use.contains(&kind);
+        let (masked, draws) = (uses(TextureUse::Masked), scene.draws());
+        let pass = (frame.pass(&GBUFFER[index]))
+            .constant("MASKED", masked)
+            .constant("TEXTURED", masked || uses(TextureUse::Textured))
+            .constant("BUMPED", scene.is_bumped);
         match &self.previous {
             Some(previous) => pass
                 .bind("previous_positions", previous.bound(scene))

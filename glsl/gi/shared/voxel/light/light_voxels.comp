@@ -306,25 +306,6 @@ float face_weight(Voxel voxel, vec3 areas, float opacity, uint face) {
     return (face & 1u) == 0u ? weight : opacity;
 }
 
-// Lights the six faces of a voxel, and returns the one radiance that they make together.
-vec3 light_faces(uint index, Voxel voxel, vec4 emission, bool one_plane) {
-    vec3 areas = unpack_unorm10(voxel.across), front = front_of(voxel), merged = vec3(0.0);
-    float opacity = unpack_coverage(voxel.coverage);
-    for (uint face = 0u; face < 6u; ++face) {
-        vec3 radiance = vec3(0.0);
-        if (areas[face >> 1] > 0.0) {
-            vec3 normal = normal_of_face(voxel, face);
-            float ahead = dot(normal, front) >= 0.0 ? emission.w : 1.0 - emission.w;
-            uint slot = 6u * index + face;
-            radiance = reflected(voxel, slot, normal, one_plane) + emission.rgb * ahead;
-            radiance = min(radiance + indirect(voxel, slot), vec3(LARGEST_HALF));
-        }
-        merged += radiance * face_weight(voxel, areas, opacity, face & 6u);
-        store_side(index, face, radiance, face_weight(voxel, areas, opacity, face));
-    }
-    return merged;
-}
-
 void main() {
     uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * 4194240u;
     if (index >= params.voxel_count) return;
@@ -346,17 +327,34 @@ void main() {
     vec3 normal = SIDES == 2u ? front_of(voxel) : mean_normal / max(length(mean_normal), 1e-6);
     vec4 emission = EMISSIVE != 0u ? voxel_emission[index] : vec4(0.0);
     emission.rgb /= seen_share(voxel);
+    vec3 areas = unpack_unorm10(voxel.across), front = front_of(voxel);
     vec3 mean_radiance = vec3(0.0), mean_indirect = vec3(0.0), sides[2];
 #ifdef TRIANGLES
     light_points(voxel, normal, one_plane);
 #endif
-    if (SIDES == 6u) mean_radiance = light_faces(index, voxel, emission, one_plane);
-    for (uint side = 0u; side < SIDES && SIDES != 6u; ++side) {
-        vec3 radiance =
-            reflected(voxel, SIDES * index + side, side == 0u ? normal : -normal, one_plane);
-        radiance += emission.rgb * (SIDES == 1u ? 1.0 : side == 0u ? emission.w : 1.0 - emission.w);
-        vec3 bounced = indirect(voxel, SIDES * index + side);
-        mean_radiance += min(radiance, vec3(LARGEST_HALF));
+    // One loop for sides and faces: drivers take long to compile what light comes by, each time.
+    for (uint side = 0u; side < SIDES; ++side) {
+        uint slot = SIDES * index + side;
+        vec3 own_normal = side == 0u ? normal : -normal;
+        float emitted = SIDES == 1u ? 1.0 : side == 0u ? emission.w : 1.0 - emission.w;
+        if (SIDES == 6u) {
+            if (areas[side >> 1] == 0.0) {
+                store_side(index, side, vec3(0.0), face_weight(voxel, areas, opacity, side));
+                continue;
+            }
+            own_normal = normal_of_face(voxel, side);
+            emitted = dot(own_normal, front) >= 0.0 ? emission.w : 1.0 - emission.w;
+        }
+        vec3 direct =
+            reflected(voxel, slot, own_normal, one_plane) + emission.rgb * emitted;
+        vec3 bounced = indirect(voxel, slot);
+        vec3 radiance = min(direct + bounced, vec3(LARGEST_HALF));
+        if (SIDES == 6u) {
+            mean_radiance += radiance * face_weight(voxel, areas, opacity, side & 6u);
+            store_side(index, side, radiance, face_weight(voxel, areas, opacity, side));
+            continue;
+        }
+        mean_radiance += min(direct, vec3(LARGEST_HALF));
         // Isotropic, it is what the front reflects, but the mean of opposed sides: as voxel.bounce
         // has it for a voxel of one radiance.
         mean_indirect += bounced
@@ -364,8 +362,7 @@ void main() {
                     : is_opposed(voxel) ? 0.5
                     : side == 0u        ? 1.0
                                         : 0.0);
-        radiance = min(radiance + bounced, vec3(LARGEST_HALF));
-        sides[side] = radiance;
+        sides[side & 1u] = radiance;
 #ifndef DENSE
         if (FACES != 0u) continue;
 #endif
