@@ -88,7 +88,7 @@ impl<'g> Walker<'g> {
             output: Output::new(gpu, SIZE).unwrap(),
             technique,
             passes: 0,
-            is_still: true,
+            is_still: false,
         }
     }
 

@@ -150,7 +150,7 @@ impl ClipmapSpace {
             constants: vec![("N", n), ("LEVELS", levels)],
             sides: self.settings.sides,
             // A line crosses at most 3 n voxels of each level, on either side of the finer one.
-            turns: 3 * n * levels + 1,
+            cells: 3 * n * levels + 1,
         }
     }
 }

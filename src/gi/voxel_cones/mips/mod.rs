@@ -70,8 +70,8 @@ pub fn space<'v>(voxels: &'v Voxels, light: &'v VoxelLight) -> Space<'v> {
         bound: lit_grid::bound(voxels, light).to_vec(),
         constants: Vec::new(),
         sides: light.settings.sides,
-        // A line crosses at most 3 n voxels of an n³ grid, and each is a turn of the loop.
-        turns: 3 * voxels.grid.resolution + 1,
+        // A line crosses at most 3 n voxels of an n³ grid.
+        cells: 3 * voxels.grid.resolution + 1,
     }
 }
 

@@ -135,8 +135,8 @@ impl OctreeSpace {
                 ("RADIANCE_TEXELS", u32::from(radiance.is_some())),
             ],
             sides,
-            // A line crosses at most 3 n voxels of an n³ grid, and each is a turn of the loop.
-            turns: 3 * voxels.grid.resolution + 1,
+            // A line crosses at most 3 n voxels of an n³ grid.
+            cells: 3 * voxels.grid.resolution + 1,
         })
     }
 }

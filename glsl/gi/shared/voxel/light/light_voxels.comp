@@ -158,14 +158,11 @@ float unoccluded(
         : length(light.position_kind.xyz - position) / size;
     TraceSettings settings = TraceSettings(
         params.resolution, SELF_HEIGHT, CONTOUR_SLACK, seed, 0u);
-    if (OCCLUSION == 2u) {
-        float distance;
-        int hit = trace(origin, to_light, receiver, lit_side, settings, distance);
-        return hit >= 0 && distance < reach ? 0.0 : 1.0;
+    if (OCCLUSION == 2u || OCCLUSION == 3u) {
+        // Beyond any κ the first voxel that is hit hides all.
+        float kappa = OCCLUSION == 2u ? 1e30 : params.kappa;
+        return 1.0 - soft_occlusion(origin, to_light, receiver, lit_side, settings, reach, kappa);
     }
-    if (OCCLUSION == 3u)
-        return 1.0
-            - soft_occlusion(origin, to_light, receiver, lit_side, settings, reach, params.kappa);
     vec3 from = OCCLUSION == 1u ? position + 0.5 * size * lit_side : position;
     float slack_m = visibility_slack(light, position, one_plane);
     return light_visibility(light, from, lit_side, slack_m, false);

@@ -103,18 +103,32 @@ int trace(vec3 origin, vec3 direction, vec3 receiver, vec3 receiver_normal, Trac
     ivec3 ahead = ivec3(greaterThan(direction, vec3(0.0)));
     ivec3 place = ivec3(floor(origin));
     distance = 0.0;
-    // Each turn leaves a cell for good, so the number of cells on a line bounds the loop.
-    for (uint turn = 0u; turn < 4u * s.resolution; ++turn) {
-        if (!is_inside(place, s.resolution)) return -1;
-        SpaceCell cell = cell_around(place);
-        if (cell.slot >= 0) {
-            ivec3 low = place & ivec3(-cell.edge);
-            if (hits_surface(cell, low, origin, direction, receiver, receiver_normal, s))
-                return cell.slot;
+    int hit = -1;
+    bool goes_on = true;
+    // Each turn leaves a cell for good, so the number of cells on a line bounds both loops together.
+    for (uint turn = 0u; goes_on;) {
+        SpaceCell cell = SpaceCell(1, -1);
+        // Empty cells have a loop of their own, so that lanes wait for each other and then look at
+        // surfaces together.
+        for (;; ++turn) {
+            goes_on = turn < 4u * s.resolution && is_inside(place, s.resolution);
+            if (!goes_on) break;
+            cell = cell_around(place);
+            if (cell.slot >= 0) break;
+            place = next_place(place, cell.edge, origin, direction, inverse, ahead, distance);
         }
-        place = next_place(place, cell.edge, origin, direction, inverse, ahead, distance);
+        if (goes_on) {
+            ivec3 low = place & ivec3(-cell.edge);
+            if (hits_surface(cell, low, origin, direction, receiver, receiver_normal, s)) {
+                hit = cell.slot;
+                goes_on = false;
+            } else {
+                place = next_place(place, cell.edge, origin, direction, inverse, ahead, distance);
+                ++turn;
+            }
+        }
     }
-    return -1;
+    return hit;
 }
 
 // ν of a ray up to a distance: ν ← ν + (1 − ν) κ/t at each voxel that it hits, t being where it

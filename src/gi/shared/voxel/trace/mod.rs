@@ -138,7 +138,7 @@ impl RayTracer {
     ) {
         let s = &self.settings;
         let triangles = triangles.filter(|_| s.meets_triangles);
-        let turns = space.turns + triangles.map_or(0, |_| TURNS_A_RAY);
+        let turns = space.turns() + triangles.map_or(0, |_| TURNS_A_RAY);
         for rays in dispatches(s.count, turns) {
             let pass = match triangles {
                 Some(triangles) => {
@@ -168,7 +168,7 @@ impl RayTracer {
         triangles: Option<&SceneRays>,
         points: &EmitterPoints,
     ) {
-        let turns = triangles.map_or(space.turns, |_| TURNS_A_RAY);
+        let turns = triangles.map_or(space.turns(), |_| TURNS_A_RAY);
         for rays in dispatches(self.settings.count, turns + emitters::TURNS) {
             let pass = match triangles {
                 Some(triangles) => triangles.bind(frame.pass(&GATHER_EMITTERS_BY_TRIANGLES)),
@@ -191,7 +191,7 @@ impl RayTracer {
         space: &Space<'_>,
         irradiance: &Arc<Buffer>,
     ) {
-        for rays in dispatches(self.bounce_directions, space.turns) {
+        for rays in dispatches(self.bounce_directions, space.turns()) {
             space
                 .pass(frame, &space.passes.bounce_rays)
                 .bind("gathering_voxels", &voxels.records)
@@ -213,7 +213,7 @@ impl RayTracer {
         irradiance: &Arc<Buffer>,
         points: &EmitterPoints,
     ) {
-        for rays in dispatches(self.bounce_directions, space.turns + emitters::TURNS) {
+        for rays in dispatches(self.bounce_directions, space.turns() + emitters::TURNS) {
             space
                 .pass(frame, &space.passes.bounce_emitters)
                 .bind("emitter_parts", &points.parts)

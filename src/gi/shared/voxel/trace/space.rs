@@ -2,6 +2,7 @@
 
 use super::emitters;
 use super::{BOUNCE, BounceRayParams, PIXEL, RayParams};
+use crate::gi::shared::loops::VECTOR_LANES;
 use crate::gi::shared::voxel::{Sides, VoxelGrid};
 use crate::gi::{CAST, CastRays};
 use crate::gpu_struct;
@@ -249,8 +250,8 @@ pub struct Space<'v> {
     pub constants: Vec<(&'static str, u32)>,
     /// Radiances of a voxel.
     pub sides: Sides,
-    /// Turns of a shader's loops that a ray is trusted to stay below.
-    pub turns: u32,
+    /// Cells on a line through it, at most.
+    pub cells: u32,
 }
 
 gpu_struct! {
@@ -270,6 +271,13 @@ gpu_struct! {
 }
 
 impl Space<'_> {
+    /// Turns of a shader's loops that a ray is trusted to stay below. Empty cells have a loop of
+    /// their own, which turns until the last lane has come to a surface: in the worst case for one
+    /// lane after the other. The loop around it turns once a surface.
+    pub(super) fn turns(&self) -> u32 {
+        (VECTOR_LANES + 1) * self.cells
+    }
+
     /// Adds [`SpacePasses::cast`].
     pub fn cast(&self, frame: &mut Frame, rays: CastRays<'_>, contour_slack: f32) {
         self.pass(frame, &self.passes.cast)
