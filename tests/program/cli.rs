@@ -536,10 +536,11 @@ fn models_move_with_time() {
     let toml = std::fs::read_to_string(folder.path().join("corner.toml")).unwrap();
     std::fs::write(folder.path().join("moving.toml"), toml + moving).unwrap();
     let (before, _) = picture(folder.path(), "moving.toml", "");
-    assert_eq!(
-        before.pixels, still.pixels,
-        "the sheet is far from everything"
-    );
+    // Maps of a light begin farther from it in a scene that is lit farther away, and their depths
+    // round otherwise.
+    let pairs = before.pixels.iter().zip(&still.pixels);
+    let apart = pairs.filter(|(a, b)| (**a - **b).length() > 1e-5).count();
+    assert_eq!(apart, 0, "the sheet is far from everything");
     let (after, _) = picture(folder.path(), "moving.toml", "--time 2 --report r.json");
     assert_eq!(json(&folder.path().join("r.json"))["time_s"], 2.0);
     let ran = lumivox(

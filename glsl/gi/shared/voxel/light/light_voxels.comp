@@ -158,9 +158,14 @@ float unoccluded(
         : length(light.position_kind.xyz - position) / size;
     TraceSettings settings = TraceSettings(
         params.resolution, SELF_HEIGHT, CONTOUR_SLACK, seed, 0u);
-    if (OCCLUSION == 2u || OCCLUSION == 3u) {
+    bool traces = OCCLUSION == 3u;
+    float kappa = params.kappa;
+    if (OCCLUSION == 2u) {
         // Beyond any κ the first voxel that is hit hides all.
-        float kappa = OCCLUSION == 2u ? 1e30 : params.kappa;
+        kappa = 1e30;
+        traces = true;
+    }
+    if (traces) {
         return 1.0 - soft_occlusion(origin, to_light, receiver, lit_side, settings, reach, kappa);
     }
     vec3 from = OCCLUSION == 1u ? position + 0.5 * size * lit_side : position;

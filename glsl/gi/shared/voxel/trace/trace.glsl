@@ -105,7 +105,7 @@ int trace(vec3 origin, vec3 direction, vec3 receiver, vec3 receiver_normal, Trac
     distance = 0.0;
     int hit = -1;
     bool goes_on = true;
-    // Each turn leaves a cell for good, so the number of cells on a line bounds both loops together.
+    // Each turn leaves a cell for good, so the number of cells on a line bounds both loops.
     for (uint turn = 0u; goes_on;) {
         SpaceCell cell = SpaceCell(1, -1);
         // Empty cells have a loop of their own, so that lanes wait for each other and then look at
