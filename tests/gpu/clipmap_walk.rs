@@ -1,7 +1,7 @@
 //! A clipmap along a camera's walk: memory, flicker, and what is seen of levels that follow.
 
 use crate::support::scenes::bundled;
-use crate::support::technique::{Surfaces, frame, shared_scene, small_lights, small_room};
+use crate::support::technique::{Surfaces, frame, shared_scene, small_lights, small_room, walked};
 use crate::support::{ValidatedGpu, gpu};
 use glam::Vec3;
 use lumivox::frame::Renderer;
@@ -36,16 +36,6 @@ fn equals(bounds: (Vec3, Vec3), pairs: &[&str]) -> [(&'static str, Settings); 2]
             find(name).unwrap().settings(Some("cones"), &pairs).unwrap(),
         )
     })
-}
-
-/// A camera that walks on along its view.
-fn walked(camera: &Camera, way_m: f32) -> Camera {
-    let shift = (camera.target - camera.eye).normalize() * way_m;
-    Camera {
-        eye: camera.eye + shift,
-        target: camera.target + shift,
-        ..*camera
-    }
 }
 
 /// The atrium, and Sponza where it is there.

@@ -10,7 +10,7 @@ use crate::support::motion::WITH_MOTION;
 use crate::support::octree::light_in_pieces;
 use crate::support::passes::{COPY, DOUBLE, TEST_PASSES, all_passes};
 use crate::support::technique::{
-    Case, Surfaces, cases, frame, moving_room, small_lights, small_room,
+    Case, Surfaces, cases, frame, moving_room, small_lights, small_room, walked,
 };
 use crate::support::{Missing, gpu, own_gpu, skipped, words};
 use glam::Vec3;
@@ -25,7 +25,7 @@ use lumivox::graph::{
 };
 use lumivox::image::Aov;
 use lumivox::render::SurfaceChannel;
-use lumivox::scene::{Camera, Light, Scene, Specular};
+use lumivox::scene::{Light, Scene, Specular};
 
 /// Plays what was recorded since the last time, and answers it.
 fn judge(what: &str, gpu: &Gpu) -> Vec<JournalFrame> {
@@ -716,15 +716,6 @@ impl Life {
         renderer.count_samples()?;
         renderer.energy()?;
         renderer.aov(Aov::Full).map(drop)
-    }
-}
-
-fn walked(camera: &Camera, way_m: f32) -> Camera {
-    let shift = (camera.target - camera.eye).normalize() * way_m;
-    Camera {
-        eye: camera.eye + shift,
-        target: camera.target + shift,
-        ..*camera
     }
 }
 

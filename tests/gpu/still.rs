@@ -2,7 +2,7 @@
 
 use crate::support::gpu;
 use crate::support::technique::{
-    Case, Surfaces, cases, default_cases, frame, moving_room, small_lights, small_room,
+    Case, Surfaces, cases, default_cases, frame, moving_room, small_lights, small_room, walked,
 };
 use glam::Vec3;
 use lumivox::frame::{self, Renderer};
@@ -10,16 +10,7 @@ use lumivox::gi::entry::{Part, Stage};
 use lumivox::gi::registry::{find, stages};
 use lumivox::graph::FrameStats;
 use lumivox::image::Aov;
-use lumivox::scene::{Camera, Light, Scene};
-
-fn walked(camera: &Camera, way_m: f32) -> Camera {
-    let shift = (camera.target - camera.eye).normalize() * way_m;
-    Camera {
-        eye: camera.eye + shift,
-        target: camera.target + shift,
-        ..*camera
-    }
-}
+use lumivox::scene::{Light, Scene};
 
 /// The passes of a frame that draw light maps, or light a store.
 fn of_light(case: &Case, stats: &FrameStats) -> Vec<String> {

@@ -253,6 +253,16 @@ pub fn is_sound(image: &Image) -> bool {
         .all(|pixel| pixel.is_finite() && pixel.min_element() >= 0.0)
 }
 
+/// A camera that has walked so far along its view (m).
+pub fn walked(camera: &Camera, way_m: f32) -> Camera {
+    let shift = (camera.target - camera.eye).normalize() * way_m;
+    Camera {
+        eye: camera.eye + shift,
+        target: camera.target + shift,
+        ..*camera
+    }
+}
+
 /// The folder for what failing tests saw.
 pub fn failures_dir() -> PathBuf {
     let dir = Path::new(env!("CARGO_MANIFEST_DIR"))
