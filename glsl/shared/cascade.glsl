@@ -10,7 +10,7 @@
 bool is_in_finer_cascade(int index, LightView view, ivec2 texel) {
     bool is_in_finer = false;
     // One turn or none of a loop, and not a branch: a software driver takes every branch.
-    for (int turn = int(view.anchor.w > 1.0); turn > 0; --turn) {
+    for (int turn = int(CASCADES && view.anchor.w > 1.0); turn > 0; --turn) {
         LightView finer = light_views[index - 1];
         vec2 ratio = vec2(length(view.right.xyz) / length(finer.right.xyz),
             length(view.down.xyz) / length(finer.down.xyz));

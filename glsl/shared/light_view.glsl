@@ -4,6 +4,10 @@
 
 #include "shared/frame.glsl"
 
+// Whether a light has cascades. Passes do not declare this constant: the graph sets it from the
+// scene of the frame (Rust: graph::SCENE_CONSTANTS).
+layout(constant_id = 65) const bool CASCADES = true;
+
 struct LightView {
     mat4 clip_from_world;
     // xyz: light position, or the map's centre on its near plane [m]; w: 0 parallel, 1 perspective

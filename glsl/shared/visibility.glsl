@@ -68,10 +68,11 @@ const float DEPTH_ROUNDING = 1e-6;
 // see, and not at all where the light falls straight on.
 Receiver receiver_of(
     LightView view, vec3 position, vec3 normal, float slack_m, bool faceted) {
-    float facet_slope = view.anchor.w == 0.0 ? FACET_SLOPE : CASCADE_FACET_SLOPE;
+    bool is_cascade = CASCADES && view.anchor.w != 0.0;
+    float facet_slope = is_cascade ? CASCADE_FACET_SLOPE : FACET_SLOPE;
     Receiver receiver = Receiver(position, normal, project(view, position), vec2(0.0), 0.0,
         slack_m, faceted ? facet_slope : 0.0);
-    if (view.anchor.w == 0.0) {
+    if (!is_cascade) {
         receiver.texel_m = vec2(texel_edges(view, receiver.map.z).x);
         receiver.slack_m += 1e-4 * receiver.map.z;
     } else {
@@ -161,9 +162,11 @@ uint view_of(Light light, uvec2 views, vec3 position) {
     if (light.position_kind.w == LIGHT_POINT)
         return views.x + cube_face(position - light.position_kind.xyz);
     uint index = views.x;
-    for (uint last = views.x + views.y - 1u; index < last; ++index) {
-        LightView view = light_views[index];
-        if (cascade_share(view, project(view, position).xy) > 0.0) break;
+    if (CASCADES) {
+        for (uint last = views.x + views.y - 1u; index < last; ++index) {
+            LightView view = light_views[index];
+            if (cascade_share(view, project(view, position).xy) > 0.0) break;
+        }
     }
     return index;
 }
@@ -176,12 +179,12 @@ float visibility_in(
     bool has_coarser =
         light.position_kind.w == LIGHT_DIRECTIONAL && index + 1u < views.x + views.y;
     float share = 1.0, lit = 0.0;
-    for (int turn = int(has_coarser); turn > 0; --turn) {
+    for (int turn = int(CASCADES && has_coarser); turn > 0; --turn) {
         LightView view = light_views[index];
         share = cascade_share(view, project(view, position).xy);
     }
     // A loop and not a branch: a software driver takes every branch, but leaves a loop when it may.
-    for (uint i = 0u; i < (share < 1.0 ? 2u : 1u); ++i)
+    for (uint i = 0u; i < (CASCADES && share < 1.0 ? 2u : 1u); ++i)
         lit += (i == 0u ? share : 1.0 - share)
             * view_visibility(index + i, light, position, normal, slack_m, faceted);
     return lit;

@@ -114,8 +114,8 @@ pub(super) struct PassCall {
     pub(super) pass: &'static Pass,
     pub(super) resources: Vec<Resource>,
     pub(super) constants: Vec<u32>,
-    /// Whether the environment is a map, where the frame has a scene.
-    pub(super) sky: Option<bool>,
+    /// Values of [`super::SCENE_CONSTANTS`], where the frame has a scene.
+    pub(super) scene_has: Option<[bool; 2]>,
     pub(super) push: Vec<u8>,
     pub(super) scene: Option<Arc<SceneSet>>,
     pub(super) materials: Option<MaterialSets>,
@@ -386,7 +386,7 @@ impl<'f> PassBuilder<'f> {
             pass,
             resources,
             constants: constants.collect(),
-            sky: frame.has_sky(),
+            scene_has: frame.scene_has(),
             push,
             scene,
             materials,

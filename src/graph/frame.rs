@@ -370,8 +370,8 @@ impl Frame {
         (scene, materials)
     }
 
-    /// Whether the environment of its scene is a map.
-    pub(super) fn has_sky(&self) -> Option<bool> {
-        self.scene.as_ref().map(|scene| scene.has_sky)
+    /// Values of [`super::SCENE_CONSTANTS`], where it has a scene.
+    pub(super) fn scene_has(&self) -> Option<[bool; 2]> {
+        self.scene.as_ref().map(|scene| scene.has)
     }
 }

@@ -56,7 +56,9 @@ pub use frame::{Bound, ClearValue, Frame, Resource};
 pub use gpu::{Gpu, GpuOptions};
 #[doc(hidden)]
 pub use journal::{Issued, IssuedBarrier, JournalFrame, Touch};
-pub use pass::{Binding, BindingKind, DepthBias, Pass, RasterState, SKY, Sets, Shaders};
+pub use pass::{
+    Binding, BindingKind, DepthBias, Pass, RasterState, SCENE_CONSTANTS, Sets, Shaders,
+};
 pub use sets::{MaterialSet, MaterialSets, SceneBindings, SceneSet};
 pub use stats::{FrameStats, PassTime, PassTimes, Spread, TimesAccumulator};
 

@@ -5,9 +5,10 @@ use ash::vk;
 use super::Access;
 use crate::shader::StructLayout;
 
-/// Number of the specialization constant that passes have besides those which they declare: whether
-/// the environment of the frame's scene is a map (`shared/sky.glsl`).
-pub const SKY: u32 = 64;
+/// Numbers and names of the specialization constants that passes have besides those which they
+/// declare. They say what the frame's scene has: an environment by direction (`shared/sky.glsl`),
+/// cascades of a light (`shared/light_view.glsl`).
+pub const SCENE_CONSTANTS: [(u32, &str); 2] = [(64, "SKY"), (65, "CASCADES")];
 
 /// One pass: its name, shaders, bindings (set 1) and parameters. The same name is its label, timer
 /// and column in reports.

@@ -15,7 +15,7 @@ use super::Access;
 use super::builder::{PassCall, Run, Target};
 use super::frame::{Frame, Resource, Step, Work};
 use super::journal::{Issued, IssuedBarrier, Touch};
-use super::pass::{BindingKind, Pass, SKY, Shaders};
+use super::pass::{BindingKind, Pass, SCENE_CONSTANTS, Shaders};
 use super::plan::Barrier;
 use super::sets::SharedSets;
 use crate::shader::{self, Interface};
@@ -39,8 +39,8 @@ fn key_of(call: &PassCall) -> PassKey {
 struct Layouts {
     set: Arc<SetLayout>,
     pipeline: Arc<PipelineLayout>,
-    /// Whether any of its shaders asks if the environment is a map.
-    asks_for_sky: bool,
+    /// Which of [`SCENE_CONSTANTS`] its shaders have.
+    asks_for: [bool; 2],
 }
 
 /// Pipelines by pass and specialization constants, made before the first frame that uses them.
@@ -85,15 +85,19 @@ impl Pipelines {
                     &[&shared.scene, &set, &shared.material],
                     pass.push_bytes() as u32,
                 )?;
-                let mut asks_for_sky = false;
+                let mut asks_for = [false; 2];
                 for (_, stem) in pass.modules(key.1) {
                     let interface = Interface::of(&shader::words(&stem)?);
-                    asks_for_sky |= interface.is_some_and(|one| one.has_constant(SKY));
+                    for (asks, (number, _)) in asks_for.iter_mut().zip(SCENE_CONSTANTS) {
+                        *asks |= interface
+                            .as_ref()
+                            .is_some_and(|one| one.has_constant(number));
+                    }
                 }
                 Ok(new.insert(Layouts {
                     set,
                     pipeline,
-                    asks_for_sky,
+                    asks_for,
                 }))
             }
         }
@@ -106,10 +110,12 @@ impl Pipelines {
         call: &PassCall,
     ) -> Result<PipelineKey, Error> {
         let layouts = self.layouts(device, shared, call)?;
-        let sky = call.sky.filter(|_| layouts.asks_for_sky);
+        let of_scene = call.scene_has.into_iter().flatten().zip(layouts.asks_for);
+        let of_scene = of_scene.zip(SCENE_CONSTANTS);
+        let of_scene = of_scene.filter(|((_, asks), _)| *asks);
         let constants = (0..)
             .zip(call.constants.iter().copied())
-            .chain(sky.map(|sky| (SKY, u32::from(sky))));
+            .chain(of_scene.map(|((has, _), (number, _))| (number, u32::from(has))));
         Ok((key_of(call), constants.collect()))
     }
 

@@ -28,8 +28,10 @@ pub struct SceneBindings {
     /// Binding 10: the lights.
     pub lights: Arc<Buffer>,
     /// Binding 11: the environment by direction, an image that is only read from now on; one texel
-    /// where it is the same from everywhere, and then [`super::SKY`] is false.
+    /// where it is the same from everywhere, and then `SKY` of [`super::SCENE_CONSTANTS`] is false.
     pub sky: Arc<Image>,
+    /// Whether a light has cascades.
+    pub has_cascades: bool,
 }
 
 /// Set 0: frame constants (0), samplers (1 linear clamp, 2 nearest clamp, 3 linear repeat),
@@ -39,8 +41,8 @@ pub struct SceneSet {
     pub(super) raw: vk::DescriptorSet,
     /// The storage buffers; every pass that uses the set reads them.
     pub(super) storage: [Arc<Buffer>; 7],
-    /// Whether the environment is a map.
-    pub(super) has_sky: bool,
+    /// Values of [`super::SCENE_CONSTANTS`].
+    pub(super) has: [bool; 2],
     _frame_uniform: Arc<Buffer>,
     _sky: Arc<Image>,
     _shared: Arc<SharedSets>,
@@ -152,7 +154,7 @@ impl SceneSet {
         Ok(Arc::new(SceneSet {
             raw,
             storage,
-            has_sky: sky.extent(0) != [1; 3],
+            has: [sky.extent(0) != [1; 3], bindings.has_cascades],
             _frame_uniform: Arc::clone(&bindings.frame_uniform),
             _sky: Arc::clone(sky),
             _shared: Arc::clone(shared),

@@ -353,6 +353,7 @@ impl GpuScene {
                 cast_slice(&gpu_lights(&scene.lights, LightCascades::ONE)),
             )?,
             sky: environment.image_or_none(gpu)?,
+            has_cascades: false,
         };
         let set = gpu.create_scene_set(&buffers)?;
         let dynamic = DynamicGeometry::new(gpu, scene)?;
@@ -410,6 +411,7 @@ impl GpuScene {
             ("scene.lights", Owner::Shared),
             cast_slice(&gpu_lights(lights, self.cascades)),
         )?;
+        self.buffers.has_cascades = self.cascades.are_of(lights);
         self.set = gpu.create_scene_set(&self.buffers)?;
         self.lights = lights.to_vec();
         Ok(())
@@ -505,6 +507,8 @@ impl GpuScene {
             self.cascades = cascades;
             let lights = self.lights.clone();
             self.move_lights(gpu, &lights)?;
+            self.buffers.has_cascades = cascades.are_of(&lights);
+            self.set = gpu.create_scene_set(&self.buffers)?;
         }
         Ok(())
     }

@@ -7,7 +7,7 @@ use std::process::Command;
 use crate::support::passes::{all_passes, all_structs};
 use crate::support::sha256::sha256;
 use crate::support::{Missing, skipped};
-use lumivox::graph::{Access, BindingKind, Pass, SKY, Sets, Shaders};
+use lumivox::graph::{Access, BindingKind, Pass, SCENE_CONSTANTS, Sets, Shaders};
 use lumivox::shader::{self, Field};
 use spirq::ReflectConfig;
 use spirq::ty::{AccessType, DescriptorType, StructMember, StructType, Type};
@@ -451,8 +451,8 @@ fn check_variant(pass: &Pass, queries: bool) -> Result<(), String> {
                 Variable::SpecConstant { name, spec_id, .. } => {
                     // Only the size of a workgroup has no name in a module.
                     let name = name.as_deref().unwrap_or("WORKGROUP");
-                    // The graph sets this one.
-                    if (*spec_id, name) != (SKY, "SKY") {
+                    // The graph sets those of the scene.
+                    if !SCENE_CONSTANTS.contains(&(*spec_id, name)) {
                         constants.insert((*spec_id, name.to_owned()));
                     }
                 }

@@ -75,6 +75,7 @@ fn empty_scene(gpu: &Gpu) -> Arc<SceneSet> {
         materials: storage("materials"),
         lights: storage("lights"),
         sky,
+        has_cascades: false,
     };
     gpu.create_scene_set(&bindings).unwrap()
 }

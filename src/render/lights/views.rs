@@ -52,6 +52,12 @@ impl LightCascades {
         count: 1,
         everywhere: true,
     };
+
+    /// Whether any of these lights has cascades.
+    pub(in super::super) fn are_of(self, lights: &[Light]) -> bool {
+        let is_directional = |light: &Light| matches!(light, Light::Directional { .. });
+        self.count > 1 && lights.iter().any(is_directional)
+    }
 }
 
 /// Which views lights have.
