@@ -627,6 +627,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/voxel_cones/svo/index_cells.comp.spv"),
     ),
     (
+        "gi/voxel_cones/svo/index_tiles.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/index_tiles.comp.spv"),
+    ),
+    (
         "gi/voxel_cones/svo/inject_rsm.comp",
         include_bytes!("../../spirv/gi/voxel_cones/svo/inject_rsm.comp.spv"),
     ),

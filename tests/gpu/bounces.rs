@@ -29,7 +29,7 @@ use lumivox::gi::shared::voxel::{
 };
 use lumivox::gi::voxel_cones::mips::{filter_mips, radiance_image};
 use lumivox::gi::voxel_cones::svo::{BrickPool, BrickSettings, NodePool, PieceVoxelizer};
-use lumivox::gi::voxel_cones::{Gatherer, mips, svo};
+use lumivox::gi::voxel_cones::{Gatherer, mips};
 use lumivox::graph::{Frame, Gpu};
 use lumivox::image::Aov;
 use lumivox::metrics::{Channel, compare};
@@ -444,14 +444,7 @@ fn bounces_of_pieces_are_those_of_the_whole() {
         let direct = sum();
         let mut frame = Frame::new();
         frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
-        let volume = svo::volume(
-            pieces.grid,
-            &nodes.nodes,
-            &bricks.image,
-            None,
-            false,
-            (Directionality::Isotropic, 0),
-        );
+        let volume = bricks.volume(pieces.grid, &nodes);
         pieces.bounce(&mut frame, &gatherer, (Some(volume), None));
         pieces.relight(&mut frame, &maps, Viewer::Picture);
         gpu.submit(frame).unwrap();

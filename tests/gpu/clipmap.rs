@@ -388,7 +388,7 @@ fn coarser_texels_are_the_oracles() {
             };
             let faces = |level, first, edge| faces_of(&read, level, first, edge);
             let volumes = walker.technique.volumes();
-            let Bound::Image(top) = volumes[0].volume.bound[2].1 else {
+            let Some((_, Bound::Image(top))) = volumes[0].volume.bound[2] else {
                 panic!("a clipmap's volume is not one")
             };
 

@@ -19,10 +19,10 @@ use lumivox::gi::shared::cone::oracle::{Levels, Volume};
 use lumivox::gi::shared::cone::{ConeTracer, cone_set, diffuse_set};
 use lumivox::gi::shared::voxel::oracle::{VoxelIndex, hemisphere_direction};
 use lumivox::gi::shared::voxel::{Directionality, VoxelGrid};
+use lumivox::gi::voxel_cones::mips;
 use lumivox::gi::voxel_cones::mips::oracle::{Filter, coarser, sees_matter};
 use lumivox::gi::voxel_cones::svo::BrickSettings;
 use lumivox::gi::voxel_cones::svo::oracle::Texels;
-use lumivox::gi::voxel_cones::{mips, svo};
 use lumivox::graph::{Frame, Gpu, Image};
 use lumivox::render::GpuScene;
 use lumivox::scene::Scene;
@@ -362,17 +362,14 @@ fn cones_through_bricks_are_the_oracles() {
                 .collect()
         };
         let (light, normals) = (volumes(&pool.image), volumes(pool.normals().unwrap()));
-        let seen = |normals: Option<&Arc<Image>>| {
+        let seen = |has_normals: bool| {
             let mut frame = Frame::new();
             frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
-            let volume = svo::volume(
-                grid,
-                &nodes.nodes,
-                &pool.image,
-                normals,
-                false,
-                (Directionality::Isotropic, 0),
-            );
+            let volume = if has_normals {
+                pool.volume(grid, &nodes)
+            } else {
+                pool.volume_of(grid, &nodes, &pool.image)
+            };
             let tracer = ConeTracer::new(&gpu, &settings).unwrap();
             tracer.gather(&mut frame, &view.all(&gpu_scene), volume);
             gpu.submit(frame).unwrap();
@@ -392,10 +389,10 @@ fn cones_through_bricks_are_the_oracles() {
             )
         };
         let (with, without) = (
-            errors(&seen(pool.normals()), &expected(&normals)),
-            errors(&seen(None), &expected(&[])),
+            errors(&seen(true), &expected(&normals)),
+            errors(&seen(false), &expected(&[])),
         );
-        let planted = errors(&seen(pool.normals()), &expected(&[]));
+        let planted = errors(&seen(true), &expected(&[]));
         println!(
             "bricks {seed}: worst error {:.1e} with normals, {:.1e} without",
             with.0.last().unwrap(),

@@ -22,13 +22,13 @@ use lumivox::gi::shared::cone::{self, VoxelVolume};
 use lumivox::gi::shared::voxel::build::passes::Voxel;
 use lumivox::gi::shared::voxel::oracle::VoxelIndex;
 use lumivox::gi::shared::voxel::{Directionality, Method, VoxelGrid, Voxels};
+use lumivox::gi::voxel_cones::mips;
 use lumivox::gi::voxel_cones::svo::oracle::{
     Filter, Lattice, Octree, Texels, coarser, leaves, octree,
 };
 use lumivox::gi::voxel_cones::svo::{
     AttributeBricks, BrickSettings, NodePool, Occupancy, RecordRange,
 };
-use lumivox::gi::voxel_cones::{mips, svo};
 use lumivox::graph::{Frame, Gpu};
 use lumivox::image::{Aov, Image};
 use lumivox::render::GpuScene;
@@ -398,14 +398,7 @@ fn structures_look_as_the_oracle_has_them() {
             }
         });
         for (lattice, (nodes, bricks), tree, levels) in &grown {
-            let sparse = svo::volume(
-                grid,
-                &nodes.nodes,
-                &bricks.image,
-                None,
-                *lattice == Lattice::Corners,
-                (Directionality::Isotropic, 0),
-            );
+            let sparse = bricks.volume(grid, nodes);
             check(&format!("octree, {lattice:?}"), sparse, &|at| {
                 node_at(tree, levels, *lattice, at, resolution, level)
             });

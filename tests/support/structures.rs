@@ -44,9 +44,9 @@ impl Structure {
             ..
         } = volume;
         let is = |passes| std::ptr::eq(volume.passes, passes);
-        let image = |index: usize| match bound[index].1 {
-            Bound::Image(image) => image,
-            Bound::Buffer(_) => panic!("binding {index} is no image"),
+        let image = |index: usize| match bound[index] {
+            Some((_, Bound::Image(image))) => image,
+            _ => panic!("binding {index} is no image"),
         };
         let is_isotropic = directionality == Directionality::Isotropic;
         let has_finest_faces = directionality.faces().is_some();
@@ -74,9 +74,10 @@ impl Structure {
                 eye,
             ));
         }
-        let (Bound::Buffer(nodes), [bricks, normals]) = (bound[0].1, [image(1), image(2)]) else {
+        let Some((_, Bound::Buffer(nodes))) = bound[0] else {
             panic!("an octree has nodes")
         };
+        let [bricks, normals] = [image(1), image(2)];
         let [corners, has_normals] =
             ["CORNERS", "NORMALS"].map(|name| constants.contains(&Some((name, 1))));
         let tiles = tiles(gpu, nodes, resolution);
@@ -134,7 +135,7 @@ impl Structure {
 }
 
 /// Positions and indices of the tiles of each level of an octree, finest first, from the root down.
-fn tiles(gpu: &Gpu, nodes: &Arc<Buffer>, resolution: u32) -> Vec<Vec<([u32; 3], u32)>> {
+pub fn tiles(gpu: &Gpu, nodes: &Arc<Buffer>, resolution: u32) -> Vec<Vec<([u32; 3], u32)>> {
     let words = read_words(gpu, nodes);
     let children = |(position, tile): &([u32; 3], u32)| {
         let (word, position) = (words[*tile as usize], *position);

@@ -170,9 +170,9 @@ impl<'g> Walker<'g> {
 /// The images of a volume that hold light; where the same one is bound twice, once.
 fn images(volume: Volume<'_>) -> Vec<&Arc<Image>> {
     let mut images: Vec<&Arc<Image>> = Vec::new();
-    for (_, bound) in volume.bound {
+    for (_, bound) in volume.bound.into_iter().flatten() {
         if let Bound::Image(image) = bound
-            && image.name() != MATTER
+            && !PLACES.contains(&image.name())
             && !images.iter().any(|known| Arc::ptr_eq(known, image))
         {
             images.push(image);
@@ -181,8 +181,8 @@ fn images(volume: Volume<'_>) -> Vec<&Arc<Image>> {
     images
 }
 
-/// Where a volume's samples may see matter: no light.
-const MATTER: &str = "voxel_mips.matter";
+/// Images that say where light is, and hold none.
+const PLACES: [&str; 2] = ["voxel_mips.matter", "svo.indirection"];
 
 fn read(gpu: &Gpu, image: &Arc<Image>) -> Vec<Vec<u8>> {
     (0..image.mips())

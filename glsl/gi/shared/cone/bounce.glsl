@@ -3,15 +3,17 @@
 // thread a side of a voxel; most have one radiance for all directions, and one side.
 layout(local_size_x = 64) in;
 
+#define VOLUME_BINDING 3
+
 #include "gi/shared/voxel/records.glsl"
 
-layout(std430, set = 1, binding = 3) restrict readonly buffer VoxelRecords {
+layout(std430, set = 1, binding = 0) restrict readonly buffer VoxelRecords {
     Voxel voxel_records[];
 };
 // sin²θ, φ [rad], tan(γ/2), weight; weights sum to 1
-layout(std430, set = 1, binding = 4) readonly buffer Cones { vec4 cones[]; };
+layout(std430, set = 1, binding = 1) readonly buffer Cones { vec4 cones[]; };
 // a side: E/π, half floats
-layout(std430, set = 1, binding = 5) restrict buffer VoxelIrradiance { uvec2 voxel_irradiance[]; };
+layout(std430, set = 1, binding = 2) restrict buffer VoxelIrradiance { uvec2 voxel_irradiance[]; };
 
 #include "gi/shared/cone/march_settings.glsl"
 

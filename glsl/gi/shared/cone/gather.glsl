@@ -3,11 +3,13 @@
 // what was gathered stays.
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(set = 1, binding = 3) uniform texture2D view_depth;
-layout(set = 1, binding = 4) uniform utexture2D normals;
+#define VOLUME_BINDING 4
+
+layout(set = 1, binding = 0) uniform texture2D view_depth;
+layout(set = 1, binding = 1) uniform utexture2D normals;
 // sin²θ, φ [rad], tan(γ/2), weight; weights sum to 1
-layout(std430, set = 1, binding = 5) readonly buffer Cones { vec4 cones[]; };
-layout(set = 1, binding = 6, rgba32f) uniform restrict image2D indirect_diffuse;
+layout(std430, set = 1, binding = 2) readonly buffer Cones { vec4 cones[]; };
+layout(set = 1, binding = 3, rgba32f) uniform restrict image2D indirect_diffuse;
 
 // Instead of light, x is the number of samples.
 layout(constant_id = 1) const bool COUNT_SAMPLES = false;

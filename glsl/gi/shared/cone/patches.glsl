@@ -2,16 +2,18 @@
 // by a cone through the voxels that is as wide as the patch. E = Σ L A cos θ cos θ' V / (d² + r²).
 layout(local_size_x = 8, local_size_y = 8) in;
 
+#define VOLUME_BINDING 4
+
 struct GpuPatch {
     vec4 position_area;    // xyz: position [m]; w: area [m²]
     vec4 normal_radius;    // xyz: unit normal; w: radius [m]
     vec4 radiance;         // rgb: emitted radiance [W/(m² sr)]
 };
 
-layout(set = 1, binding = 3) uniform texture2D view_depth;
-layout(set = 1, binding = 4) uniform utexture2D normals;
-layout(std430, set = 1, binding = 5) restrict readonly buffer Patches { GpuPatch patches[]; };
-layout(set = 1, binding = 6, rgba32f) uniform restrict image2D indirect_diffuse;
+layout(set = 1, binding = 0) uniform texture2D view_depth;
+layout(set = 1, binding = 1) uniform utexture2D normals;
+layout(std430, set = 1, binding = 2) restrict readonly buffer Patches { GpuPatch patches[]; };
+layout(set = 1, binding = 3, rgba32f) uniform restrict image2D indirect_diffuse;
 
 #include "gi/shared/cone/march_settings.glsl"
 

@@ -2,11 +2,13 @@
 // f_s) E (n·ω) V; alpha is 1 where there is a surface.
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(set = 1, binding = 3) uniform texture2D view_depth;
-layout(set = 1, binding = 4) uniform utexture2D normals;
-layout(set = 1, binding = 5) uniform texture2D albedo;
-layout(set = 1, binding = 6) uniform texture2D specular;
-layout(set = 1, binding = 7, rgba32f) uniform restrict image2D direct;
+#define VOLUME_BINDING 5
+
+layout(set = 1, binding = 0) uniform texture2D view_depth;
+layout(set = 1, binding = 1) uniform utexture2D normals;
+layout(set = 1, binding = 2) uniform texture2D albedo;
+layout(set = 1, binding = 3) uniform texture2D specular;
+layout(set = 1, binding = 4, rgba32f) uniform restrict image2D direct;
 
 #include "gi/shared/cone/march_settings.glsl"
 

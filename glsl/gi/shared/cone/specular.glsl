@@ -4,10 +4,12 @@
 // directions between them, each mirrors about a half vector of its own, and u = 1/(4 K).
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(set = 1, binding = 3) uniform texture2D view_depth;
-layout(set = 1, binding = 4) uniform utexture2D normals;
-layout(set = 1, binding = 5) uniform texture2D specular;
-layout(set = 1, binding = 6, rgba32f) uniform restrict writeonly image2D indirect_specular;
+#define VOLUME_BINDING 4
+
+layout(set = 1, binding = 0) uniform texture2D view_depth;
+layout(set = 1, binding = 1) uniform utexture2D normals;
+layout(set = 1, binding = 2) uniform texture2D specular;
+layout(set = 1, binding = 3, rgba32f) uniform restrict writeonly image2D indirect_specular;
 
 // Instead of light, x is the number of samples.
 layout(constant_id = 1) const bool COUNT_SAMPLES = false;

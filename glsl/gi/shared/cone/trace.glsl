@@ -2,10 +2,12 @@
 // One thread.
 layout(local_size_x = 1) in;
 
+#define VOLUME_BINDING 1
+
 // Two rows of the cone: xyz its apex [voxels], w the number of samples; radiance [W/(m² sr)],
 // visibility. Then two rows a sample: distance and diameter [voxels], level, opacity of the step;
 // radiance premultiplied by opacity, opacity.
-layout(std430, set = 1, binding = 3) restrict writeonly buffer TraceRows { vec4 trace_rows[]; };
+layout(std430, set = 1, binding = 0) restrict writeonly buffer TraceRows { vec4 trace_rows[]; };
 
 #include "gi/shared/cone/march_settings.glsl"
 

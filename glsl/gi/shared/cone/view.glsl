@@ -4,8 +4,10 @@
 // (gi/shared/cone/structure.glsl).
 layout(local_size_x = 8, local_size_y = 8) in;
 
+#define VOLUME_BINDING 1
+
 // rgb: premultiplied by opacity; a: opacity
-layout(set = 1, binding = 3, rgba32f) uniform restrict image2D seen_texels;
+layout(set = 1, binding = 0, rgba32f) uniform restrict image2D seen_texels;
 
 // 2: in place of values, the structure.
 layout(constant_id = 1) const uint SHOWN = 0;

@@ -1,6 +1,6 @@
 // What a volume answers. Each store has a volume.glsl that defines these functions and declares
-// what they read: bindings 0 to 2 of set 1, constants 0 and 2. An entry shader includes a pass of
-// this folder, and then its store's volume.
+// what they read: bindings of set 1 from VOLUME_BINDING on, which the pass defines, constants 0 and
+// 2. An entry shader includes a pass of this folder, and then its store's volume.
 #ifndef LUMIVOX_VOLUME
 #define LUMIVOX_VOLUME
 

@@ -11,10 +11,10 @@ layout(constant_id = 2) const int LEVELS = 5;
 // Two rows a level: its smallest corner in positions, with x + n y + n² z of its first voxel modulo
 // n, exact in a float; and the point from which it fades, at most two of its voxels from its
 // middle: a level moves by whole blocks, which is not to be seen.
-layout(std430, set = 1, binding = 0) restrict readonly buffer Levels { vec4 levels[]; };
+layout(std430, set = 1, binding = VOLUME_BINDING) restrict readonly buffer Levels { vec4 levels[]; };
 // Radiance premultiplied by opacity, of all levels, and of the mips above.
-layout(set = 1, binding = 1) uniform texture3D clipmap;
-layout(set = 1, binding = 2) uniform texture3D top;
+layout(set = 1, binding = VOLUME_BINDING + 1) uniform texture3D clipmap;
+layout(set = 1, binding = VOLUME_BINDING + 2) uniform texture3D top;
 
 // 1 inside a level, falling to 0 in a border of n/16 voxels, one voxel off the nearest that its end
 // can be.
@@ -68,8 +68,7 @@ vec4 sample_top(vec3 at, int face, int mip) {
     return textureLod(sampler3D(top, linear_clamp), at, float(mip));
 }
 
-// Trilinear sample of one level. One turn or none of each loop, and not branches: a software driver
-// takes every branch, but leaves a loop when it may.
+// Trilinear sample of one level.
 vec4 sample_level(vec3 position, int level, vec3 direction) {
     int stored = min(level, LEVELS - 1), mip = max(level - LEVELS, 0);
     vec4 row = levels[2 * stored];
@@ -82,25 +81,18 @@ vec4 sample_level(vec3 position, int level, vec3 direction) {
     vec3 at = (wrap + local) / float(N);
     bool is_stored = level < LEVELS, six = FACES && has_faces(level);
     ivec3 met = faces_met(direction);
-    vec4 result = vec4(0.0);
-    for (int turn = int(is_stored && !six); turn > 0; --turn) result = sample_stored(at, 0, stored);
-    if (FACES) {
-        vec4 x, y, z;
-        for (int turn = int(is_stored && six); turn > 0; --turn) {
-            x = sample_stored(at, met.x, stored);
-            y = sample_stored(at, met.y, stored);
-            z = sample_stored(at, met.z, stored);
-            result = combine_faces(x, y, z, direction);
-        }
-        for (int turn = int(!is_stored); turn > 0; --turn) {
-            x = sample_top(local / float(N), met.x, mip);
-            y = sample_top(local / float(N), met.y, mip);
-            z = sample_top(local / float(N), met.z, mip);
-            result = combine_faces(x, y, z, direction);
-        }
+    vec4 result;
+    if (is_stored && !six) {
+        result = sample_stored(at, 0, stored);
+    } else if (is_stored) {
+        result = combine_faces(sample_stored(at, met.x, stored), sample_stored(at, met.y, stored),
+            sample_stored(at, met.z, stored), direction);
+    } else if (FACES) {
+        vec3 in_top = local / float(N);
+        result = combine_faces(sample_top(in_top, met.x, mip), sample_top(in_top, met.y, mip),
+            sample_top(in_top, met.z, mip), direction);
     } else {
-        for (int turn = int(!is_stored); turn > 0; --turn)
-            result = sample_top(local / float(N), 0, mip);
+        result = sample_top(local / float(N), 0, mip);
     }
     return result;
 }
@@ -113,7 +105,7 @@ vec4 sample_volume(vec3 position, float resolution, float level, vec3 direction)
     int finer = int(level);
     float coarser_share = level - float(finer);
     vec4 texel = (1.0 - coarser_share) * sample_level(position, finer, direction);
-    for (int turn = int(coarser_share > 0.0); turn > 0; --turn)
+    if (coarser_share > 0.0)
         texel += coarser_share * sample_level(position, finer + 1, direction);
     return texel;
 }

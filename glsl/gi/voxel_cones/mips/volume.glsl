@@ -5,10 +5,10 @@
 layout(constant_id = 0) const bool SKIP_EMPTY = true;
 
 // Radiance premultiplied by opacity; with faces on coarser levels its level 0 alone.
-layout(set = 1, binding = 0) uniform texture3D voxels;
-layout(set = 1, binding = 1) uniform utexture3D matter;
+layout(set = 1, binding = VOLUME_BINDING) uniform texture3D voxels;
+layout(set = 1, binding = VOLUME_BINDING + 1) uniform utexture3D matter;
 // The levels with six faces, one cube beside the other along x.
-layout(set = 1, binding = 2) uniform texture3D faces;
+layout(set = 1, binding = VOLUME_BINDING + 2) uniform texture3D faces;
 
 // Trilinear sample of the three faces that a ray meets on a level, as one texel. Each cube is
 // clamped to its own edge.
@@ -25,14 +25,11 @@ vec4 sample_faces(vec3 position, float resolution, int level, vec3 direction) {
     return combine_faces(x, y, z, direction);
 }
 
-// Trilinear sample of one level. One turn or none of a loop, and not a branch: a software driver
-// takes every branch, but leaves a loop when it may.
+// Trilinear sample of one level.
 vec4 sample_level(vec3 position, float resolution, int level, vec3 direction) {
-    vec4 texel = vec4(0.0);
-    for (int turn = int(has_faces(level)); turn > 0; --turn)
-        texel = sample_faces(position, resolution, level, direction);
-    for (int turn = int(!has_faces(level)); turn > 0; --turn)
-        texel = textureLod(sampler3D(voxels, linear_clamp), position / resolution, 0.0);
+    vec4 texel;
+    if (has_faces(level)) texel = sample_faces(position, resolution, level, direction);
+    else texel = textureLod(sampler3D(voxels, linear_clamp), position / resolution, 0.0);
     return texel;
 }
 
@@ -41,7 +38,7 @@ vec4 sample_levels(vec3 position, float resolution, float level, vec3 direction)
     int finer = int(level);
     float coarser_share = level - float(finer);
     vec4 texel = (1.0 - coarser_share) * sample_level(position, resolution, finer, direction);
-    for (int turn = int(coarser_share > 0.0); turn > 0; --turn)
+    if (coarser_share > 0.0)
         texel += coarser_share * sample_level(position, resolution, finer + 1, direction);
     return texel;
 }

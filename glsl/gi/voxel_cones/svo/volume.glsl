@@ -1,5 +1,6 @@
 // The volume of gi/shared/cone/volume.glsl as the node pool and the brick pool of a sparse voxel
 // octree. `params.face_stride`: bricks from a face of a tile to the next.
+#include "gi/voxel_cones/svo/indirection.glsl"
 #include "gi/voxel_cones/svo/pool.glsl"
 #include "gi/voxel_cones/svo/lit_normals.glsl"
 
@@ -7,12 +8,13 @@ layout(constant_id = 0) const uint CORNERS = 0;
 // 1: texels are the light of both sides together, and shine by their normals
 layout(constant_id = 2) const uint NORMALS = 0;
 
-layout(std430, set = 1, binding = 0) restrict readonly buffer Nodes { uint nodes[]; };
+layout(std430, set = 1, binding = VOLUME_BINDING) restrict readonly buffer Nodes { uint nodes[]; };
 // Radiance premultiplied by opacity.
-layout(set = 1, binding = 1) uniform texture3D bricks;
+layout(set = 1, binding = VOLUME_BINDING + 1) uniform texture3D bricks;
 // Mean normal of what shines, times its luminance; premultiplied by opacity, too.
 // See gi/voxel_cones/svo/lit_normals.glsl.
-layout(set = 1, binding = 2) uniform texture3D normals_of_bricks;
+layout(set = 1, binding = VOLUME_BINDING + 2) uniform texture3D normals_of_bricks;
+layout(set = 1, binding = VOLUME_BINDING + 3) uniform utexture3D indirection;
 
 struct VolumeTexel {
     vec4 light;
@@ -34,48 +36,57 @@ vec3 brick_place(uint brick, vec3 local, ivec3 size) {
 // Trilinear sample in the brick of a tile of a level, or in those of the three faces that a ray
 // meets (gi/voxel_cones/svo/pool.glsl).
 vec4 sample_tile(uint tile, int level, vec3 local, ivec3 size, vec3 direction) {
-    vec4 texel = vec4(0.0);
-    if (FACES) {
-        for (int turn = int(!has_faces(level)); turn > 0; --turn) {
-            texel = textureLod(sampler3D(bricks, linear_clamp),
-                brick_place(tile + 5u * params.face_stride, local, size), 0.0);
-        }
-        for (int turn = int(has_faces(level)); turn > 0; --turn) {
-            uvec3 brick = tile + params.face_stride * uvec3(faces_met(direction));
-            vec4 x =
-                textureLod(sampler3D(bricks, linear_clamp), brick_place(brick.x, local, size), 0.0);
-            vec4 y =
-                textureLod(sampler3D(bricks, linear_clamp), brick_place(brick.y, local, size), 0.0);
-            vec4 z =
-                textureLod(sampler3D(bricks, linear_clamp), brick_place(brick.z, local, size), 0.0);
-            texel = combine_faces(x, y, z, direction);
-        }
+    vec4 texel;
+    if (FACES && has_faces(level)) {
+        uvec3 brick = tile + params.face_stride * uvec3(faces_met(direction));
+        vec4 x =
+            textureLod(sampler3D(bricks, linear_clamp), brick_place(brick.x, local, size), 0.0);
+        vec4 y =
+            textureLod(sampler3D(bricks, linear_clamp), brick_place(brick.y, local, size), 0.0);
+        vec4 z =
+            textureLod(sampler3D(bricks, linear_clamp), brick_place(brick.z, local, size), 0.0);
+        texel = combine_faces(x, y, z, direction);
     } else {
-        texel = textureLod(sampler3D(bricks, linear_clamp), brick_place(tile, local, size), 0.0);
+        uint brick = tile;
+        if (FACES) brick += 5u * params.face_stride;
+        texel = textureLod(sampler3D(bricks, linear_clamp), brick_place(brick, local, size), 0.0);
     }
     return texel;
 }
 
+// Index + 1 and word of the tile of a cell on a level of the indirection texture, or 0.
+uvec2 indirected_tile(ivec3 cell, int level, int root) {
+    return texelFetch(usampler3D(indirection, nearest_clamp),
+        indirection_texel(cell >> 1, level, root), 0)
+        .xy;
+}
+
 // Trilinear sample of one level, by the hardware inside the brick of the tile that the position
-// lies in: down from the root by the bits of the cell. Where a node has no child, all finer levels
-// are empty.
+// lies in: that of the indirection texture, and further down by the bits of the cell. Where a node
+// has no child, all finer levels are empty.
 VolumeTexel sample_level(vec3 position, float resolution, int level, int root, vec3 direction) {
     float scale = exp2(-float(level));
     vec3 at = lattice_position(position * scale, resolution * scale);
     ivec3 cell = min(ivec3(at), (ivec3(resolution) >> level) - 1);
-    uint tile = 0u;
-    int above = root - level;
+    int first = max(level, first_indirected(root)), above = first - level;
+    uvec2 found = indirected_tile(cell >> above, first, root);
+    uint tile = found.x - 1u, node = child_index(uvec3(cell >> above));
+    // One step down needs no further load.
+    if (above > 0) {
+        tile = child_of(found.y, node);
+        above = has_child(found.y, node) ? above - 1 : -1;
+    }
+    if (found.x == 0u) above = -1;
     while (above > 0) {
-        uint word = nodes[tile], node = child_index(uvec3(cell >> above));
+        uint word = nodes[tile];
+        node = child_index(uvec3(cell >> above));
         if (!has_child(word, node)) break;
         tile = child_of(word, node);
         --above;
     }
     VolumeTexel texel = VolumeTexel(vec4(0.0), vec3(0.0));
     ivec3 size = textureSize(sampler3D(bricks, linear_clamp), 0);
-    // One turn or none of a loop, and not a branch: a software driver takes every branch, but
-    // leaves a loop when it may.
-    for (; above == 0; --above) {
+    if (above == 0) {
         vec3 local = at - vec3(cell & ivec3(-2));
         texel.light = sample_tile(tile, level, local, size, direction);
         if (NORMALS != 0u)
@@ -96,7 +107,7 @@ vec4 sample_volume(vec3 position, float resolution, float level, vec3 direction)
     VolumeTexel texel = sample_level(position, resolution, finer, root, direction);
     vec4 light = (1.0 - coarser_share) * texel.light;
     vec3 normal = (1.0 - coarser_share) * texel.normal;
-    for (int turn = int(coarser_share > 0.0); turn > 0; --turn) {
+    if (coarser_share > 0.0) {
         texel = sample_level(position, resolution, finer + 1, root, direction);
         light += coarser_share * texel.light;
         normal += coarser_share * texel.normal;
@@ -106,9 +117,19 @@ vec4 sample_volume(vec3 position, float resolution, float level, vec3 direction)
     return light;
 }
 
-// Every sample is taken: a descent that ends early is short, and skips the bricks.
+// Between two levels the coarser one is looked up: where it has no tile, all finer levels are empty
+// around the position.
 bool may_see_matter(vec3 position, float resolution, float diameter) {
-    return true;
+    int root = findMSB(uint(resolution)) - 1;
+    // From 2^l up to 2^(l + 1) the coarser level is l + 1.
+    int level = diameter > 1.0 ? (floatBitsToInt(diameter) >> 23) - 126 : 0;
+    level = min(level, root);
+    float scale = intBitsToFloat((127 - level) << 23);
+    vec3 at = lattice_position(position * scale, resolution * scale);
+    ivec3 cell = min(ivec3(at), (ivec3(resolution) >> level) - 1);
+    int first = max(level, first_indirected(root)), above = first - level;
+    uvec2 found = indirected_tile(cell >> above, first, root);
+    return found.x != 0u && (above == 0 || has_child(found.y, child_index(uvec3(cell >> above))));
 }
 
 // Smallest diameter that a sample can have [voxels].

@@ -49,7 +49,7 @@ impl VolumePasses {
 }
 
 /// [`VolumePasses`] whose entry shaders are in a folder, from the constants 0 and 2 of the volume
-/// (empty where it has none) and its three bindings.
+/// (empty where it has none) and its bindings, which come behind the pass's own.
 macro_rules! volume_passes {
     ($folder:literal, $constants:expr, $volume:expr) => {
         $crate::gi::shared::cone::volume::volume_passes!($folder, $constants, $volume =>
@@ -72,12 +72,16 @@ macro_rules! volume_passes {
         use $crate::shader::GpuStruct;
         VolumePasses {
             $($field: {
-                const COUNT: usize = 3 + $own.len();
+                const OWN: usize = $own.len();
+                const VOLUME: usize = $volume.len();
                 pass(
                     $name,
                     concat!($folder, "/", $file, ".comp"),
                     <$params>::LAYOUT,
-                    const { &$crate::graph::pass::join::<_, 3, _, COUNT>($volume, $own) },
+                    const {
+                        use $crate::graph::pass::join;
+                        &join::<_, OWN, VOLUME, { OWN + VOLUME }>($own, $volume)
+                    },
                     const { &constants($constants, $constant) },
                 )
             }),*
@@ -139,7 +143,7 @@ pub struct Volume<'v> {
     /// Where it is, in its finest voxels.
     pub grid: VoxelGrid,
     /// Its bindings, by name.
-    pub bound: [(&'static str, Bound<'v>); 3],
+    pub bound: [Option<(&'static str, Bound<'v>)>; 4],
     /// Its constants, by name, but for that of whether samples without matter are skipped.
     pub constants: [Option<(&'static str, u32)>; 2],
     /// Which levels have six faces.
@@ -188,6 +192,7 @@ impl Volume<'_> {
         });
         self.bound
             .iter()
+            .flatten()
             .fold(pass, |pass, &(name, bound)| pass.bind(name, bound))
     }
 

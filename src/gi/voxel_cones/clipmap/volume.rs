@@ -223,9 +223,10 @@ impl ClipmapVolume {
             passes: &CONES,
             grid: self.layout.grid(outermost.first),
             bound: [
-                ("levels", Bound::Buffer(levels)),
-                ("clipmap", Bound::Image(&self.clipmap)),
-                ("top", Bound::Image(&self.top)),
+                Some(("levels", Bound::Buffer(levels))),
+                Some(("clipmap", Bound::Image(&self.clipmap))),
+                Some(("top", Bound::Image(&self.top))),
+                None,
             ],
             constants: [Some(("N", n)), Some(("LEVELS", count))],
             directionality: self.directionality,

@@ -104,8 +104,12 @@ pub fn volume<'v>(
     Volume {
         passes: &CONES,
         grid,
-        bound: [("voxels", radiance), ("matter", matter), ("faces", faces)]
-            .map(|(name, image)| (name, Bound::Image(image))),
+        bound: [
+            Some(("voxels", Bound::Image(radiance))),
+            Some(("matter", Bound::Image(matter))),
+            Some(("faces", Bound::Image(faces))),
+            None,
+        ],
         constants: [None; 2],
         directionality,
         sides: 1 + u32::from(directionality.faces().is_some()),

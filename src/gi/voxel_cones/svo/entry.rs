@@ -5,7 +5,9 @@ use super::super::entry::{
     view,
 };
 use super::super::{VoxelCones, presets, suit};
-use super::{CONES, RAYS, Svo, attributes, bricks, dynamic, nodes, pieces, space, touched};
+use super::{
+    CONES, RAYS, Svo, attributes, bricks, dynamic, indirection, nodes, pieces, space, touched,
+};
 use crate::gi::entry::{Entry, Stage};
 use crate::gi::inspect::{Scale, ViewRow};
 use crate::gi::settings::{Domain, Preset, Setting, SettingError, Settings};
@@ -115,6 +117,7 @@ pub(super) static PASSES: &[&Pass] = &[
     &nodes::ALLOCATE_TILES,
     &nodes::LINK_LEAVES,
     &nodes::LINK_NEIGHBOURS,
+    &indirection::INDEX_TILES,
     &bricks::WRITE_LEAVES,
     &bricks::WRITE_NORMALS,
     &attributes::WRITE_ATTRIBUTES,
@@ -180,6 +183,7 @@ pub static ENTRY: Entry = Entry {
                 "svo.grow",
                 "svo.copy_bricks",
                 "svo.index_cells",
+                "svo.index_tiles",
             ],
         ),
         &voxel::LIGHT_INJECTION,

@@ -5,13 +5,12 @@ pub mod attributes;
 pub mod bricks;
 pub mod dynamic;
 mod entry;
+pub mod indirection;
 pub mod nodes;
 pub mod oracle;
 pub mod pieces;
 pub mod space;
 pub mod touched;
-
-use std::sync::Arc;
 
 pub use attributes::AttributeBricks;
 pub use bricks::{BrickPool, BrickSettings, RecordRange, face_stride};
@@ -29,10 +28,10 @@ use crate::gi::shared::cone::{Volume, VolumePasses, VoxelVolume};
 use crate::gi::shared::voxel::trace::space::space_passes;
 use crate::gi::shared::voxel::{
     Directionality, LightInputs, LightSettings, LitVoxels, Prefilter, Sides, Space, SpacePasses,
-    VoxelGrid, VoxelSettings,
+    VoxelSettings,
 };
 use crate::graph::compute::read;
-use crate::graph::{Access, Binding, Bound, Buffer, Error, Frame, FrameStats, Gpu, Image};
+use crate::graph::{Access, Binding, Error, Frame, FrameStats, Gpu};
 
 /// The passes of cones through the octree.
 pub static CONES: VolumePasses = volume_passes!(
@@ -42,37 +41,9 @@ pub static CONES: VolumePasses = volume_passes!(
         Binding::buffer("nodes", Access::ComputeRead),
         Binding::sampled("bricks", Access::ComputeSampled),
         Binding::sampled("normals_of_bricks", Access::ComputeSampled),
+        Binding::sampled("indirection", Access::ComputeSampled),
     ]
 );
-
-/// The volume of a sparse voxel octree: the node pool, the brick pool, and normal bricks where
-/// texels shine by their normals. `corners`: its texels are at corners of voxels, not where those
-/// of dense mips are. `faces`: the levels with six faces, and bricks from a face of a tile to the
-/// next; without normal bricks.
-pub fn volume<'v>(
-    grid: VoxelGrid,
-    nodes: &'v Arc<Buffer>,
-    bricks: &'v Arc<Image>,
-    normals: Option<&'v Arc<Image>>,
-    corners: bool,
-    (directionality, face_stride): (Directionality, u32),
-) -> Volume<'v> {
-    Volume {
-        passes: &CONES,
-        grid,
-        bound: [
-            ("nodes", Bound::Buffer(nodes)),
-            ("bricks", Bound::Image(bricks)),
-            ("normals_of_bricks", Bound::Image(normals.unwrap_or(bricks))),
-        ],
-        constants: [("CORNERS", corners), ("NORMALS", normals.is_some())]
-            .map(|(name, is_on)| Some((name, u32::from(is_on)))),
-        directionality,
-        sides: 1 + u32::from(normals.is_some() || directionality.faces().is_some()),
-        voxels_across: grid.resolution,
-        face_stride,
-    }
-}
 
 /// The passes of rays through the octree.
 pub static RAYS: SpacePasses = space_passes!(
@@ -295,22 +266,7 @@ impl VoxelStore for Svo {
             bricks,
             ..
         } = self.octree.as_ref()?;
-        let BrickSettings {
-            corners,
-            directionality,
-            ..
-        } = self.bricks;
-        let faces = (directionality, face_stride(nodes, directionality));
-        let bricks = bricks.as_ref()?;
-        let (image, normals) = (&bricks.image, bricks.normals());
-        Some(volume(
-            voxels.grid,
-            &nodes.nodes,
-            image,
-            normals,
-            corners,
-            faces,
-        ))
+        Some(bricks.as_ref()?.volume(voxels.grid, nodes))
     }
 
     fn space(&self) -> Option<Space<'_>> {
@@ -320,32 +276,24 @@ impl VoxelStore for Svo {
     }
 
     fn volumes(&self) -> Vec<VoxelVolume<'_>> {
-        let (Some(octree), Some(light)) = (&self.octree, self.volume()) else {
-            return Vec::new();
-        };
-        let Octree {
+        let Some(Octree {
             voxels,
             nodes,
+            bricks: Some(bricks),
             attributes,
             ..
-        } = octree;
+        }) = &self.octree
+        else {
+            return Vec::new();
+        };
+        let light = bricks.volume(voxels.grid, nodes);
         let of = |name, volume| VoxelVolume {
             name,
             volume,
             levels: nodes.levels.len() as u32,
         };
         let pools = attributes.iter().flat_map(|attributes| attributes.pools());
-        let attributes = pools.map(|bricks| {
-            let faces = (Directionality::Isotropic, 0);
-            volume(
-                voxels.grid,
-                &nodes.nodes,
-                bricks,
-                None,
-                self.bricks.corners,
-                faces,
-            )
-        });
+        let attributes = pools.map(|pool| bricks.volume_of(voxels.grid, nodes, pool));
         let names = ["light", "albedo", "normal", "emission"].into_iter();
         names
             .zip(std::iter::once(light).chain(attributes))
