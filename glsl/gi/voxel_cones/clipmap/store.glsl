@@ -14,14 +14,11 @@ void store_texel(ivec3 texel, int face, int level, int n, vec4 value) {
     ivec3 at = level_texel(texel, face, level, n);
     imageStore(clipmap, at, value);
     int above = copy_offset(texel.z, n);
-    for (int turn = int(above != 0); turn > 0; --turn)
-        imageStore(clipmap, at + ivec3(0, 0, above), value);
+    if (above != 0) imageStore(clipmap, at + ivec3(0, 0, above), value);
     if (FACES) {
         int beside = copy_offset(texel.y, n);
-        for (int turn = int(beside != 0); turn > 0; --turn)
-            imageStore(clipmap, at + ivec3(0, beside, 0), value);
-        for (int turn = int(beside != 0 && above != 0); turn > 0; --turn)
-            imageStore(clipmap, at + ivec3(0, beside, above), value);
+        if (beside != 0) imageStore(clipmap, at + ivec3(0, beside, 0), value);
+        if (beside != 0 && above != 0) imageStore(clipmap, at + ivec3(0, beside, above), value);
     }
 }
 

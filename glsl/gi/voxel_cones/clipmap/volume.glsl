@@ -11,7 +11,9 @@ layout(constant_id = 2) const int LEVELS = 5;
 // Two rows a level: its smallest corner in positions, with x + n y + n² z of its first voxel modulo
 // n, exact in a float; and the point from which it fades, at most two of its voxels from its
 // middle: a level moves by whole blocks, which is not to be seen.
-layout(std430, set = 1, binding = VOLUME_BINDING) restrict readonly buffer Levels { vec4 levels[]; };
+layout(std430, set = 1, binding = VOLUME_BINDING) restrict readonly buffer Levels {
+    vec4 levels[];
+};
 // Radiance premultiplied by opacity, of all levels, and of the mips above.
 layout(set = 1, binding = VOLUME_BINDING + 1) uniform texture3D clipmap;
 layout(set = 1, binding = VOLUME_BINDING + 2) uniform texture3D top;

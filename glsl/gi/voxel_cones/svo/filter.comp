@@ -71,7 +71,7 @@ uvec3 texel_of_part(uint index) {
 vec4 filtered_cube(uint tile, uvec3 cube, uint face, ivec3 size) {
     uint node = child_index(cube >> 1);
     vec4 result = vec4(0.0);
-    for (int turn = int(has_child(tile, node)); turn > 0; --turn) {
+    if (has_child(tile, node)) {
         ivec3 corner =
             brick_texel(
                 child_of(tile, node) + params.child_shift + face * params.child_stride, size)

@@ -254,7 +254,7 @@ void main() {
         group.centre += middle.x * group.right + middle.y * group.down;
         group.right *= float(high.x - low.x + 1);
         group.down *= float(high.y - low.y + 1);
-        for (int turn = int(is_lit && may_reach(group.centre)); turn > 0; --turn) spread(group);
+        if (is_lit && may_reach(group.centre)) spread(group);
         seed = next;
     }
 }
