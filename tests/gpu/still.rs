@@ -10,7 +10,7 @@ use lumivox::gi::entry::{Part, Stage};
 use lumivox::gi::registry::{find, stages};
 use lumivox::graph::FrameStats;
 use lumivox::image::Aov;
-use lumivox::scene::{Light, Scene};
+use lumivox::scene::{Light, Material, Scene, Specular};
 
 /// The passes of a frame that draw light maps, or light a store.
 fn of_light(case: &Case, stats: &FrameStats) -> Vec<String> {
@@ -93,6 +93,33 @@ fn a_still_scene_keeps_its_light_and_a_moving_camera_sees_the_same() {
                 case.name()
             );
         }
+    }
+}
+
+/// A mirror that sees the lamp in the voxels, while pixels gather it in another way, leaves its own
+/// light there: the next frame's pixels have to have theirs back.
+#[test]
+fn mirrors_of_lamps_leave_no_light_to_the_next_frame() {
+    for technique in ["voxel-mips", "svo", "clipmap"] {
+        let case = Case {
+            entry: find(technique).unwrap(),
+            preset: Some("accurate"),
+        };
+        let mut scene = lit(small_room(Surfaces::Emissive, Vec::new()));
+        let emits = |material: &&mut Material| material.emission != Vec3::ZERO;
+        let lamps = scene.materials.iter_mut().filter(emits);
+        for lamp in lamps {
+            lamp.specular = Some(Specular {
+                f0: Vec3::splat(0.5),
+                roughness: 0.3,
+                metalness: 0.0,
+            });
+        }
+        let left = walk(&case, &scene, &[]);
+        assert!(
+            left.iter().any(|pass| pass == "voxel.light"),
+            "{technique}: voxels are lit for one viewer alone: {left:?}"
+        );
     }
 }
 
