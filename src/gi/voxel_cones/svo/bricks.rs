@@ -2,17 +2,15 @@
 
 use std::sync::Arc;
 
-use super::CONES;
 use super::indirection::{index_tiles, indirection_image};
 use super::nodes::NodePool;
 use super::touched::{Tiles, TouchedTiles};
-use crate::gi::shared::cone::Volume;
 use crate::gi::shared::voxel::build::buffer;
-use crate::gi::shared::voxel::{Directionality, Sides, VoxelGrid};
+use crate::gi::shared::voxel::{Directionality, Sides};
 use crate::gpu_struct;
 use crate::graph::compute::linear_groups;
 use crate::graph::{
-    Access, Binding, Bound, Buffer, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind,
+    Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind,
     ImageUsage, Owner, Pass, vk,
 };
 use crate::shader::GpuStruct;
@@ -332,10 +330,10 @@ pub struct BrickPool {
     pub image: Arc<Image>,
     normals: Option<NormalBricks>,
     /// Where the tiles are.
-    indirection: Arc<Image>,
+    pub(super) indirection: Arc<Image>,
     /// Bricks that there is room for.
     capacity: u32,
-    settings: BrickSettings,
+    pub(super) settings: BrickSettings,
     /// Radiances of a voxel: 1, 2 (a side each) or 6 (a face each).
     sides: u32,
     touched: Option<TouchedTiles>,
@@ -432,51 +430,6 @@ impl BrickPool {
     /// opacity; opacity. Where there are normal bricks.
     pub fn normals(&self) -> Option<&Arc<Image>> {
         self.normals.as_ref().map(|normals| &normals.image)
-    }
-
-    /// What cones march through, over the voxels of a grid.
-    pub fn volume<'v>(&'v self, grid: VoxelGrid, nodes: &'v NodePool) -> Volume<'v> {
-        let (normals, directionality) = (self.normals(), self.settings.directionality);
-        let constants = [
-            ("CORNERS", self.settings.corners),
-            ("NORMALS", normals.is_some()),
-        ];
-        Volume {
-            passes: &CONES,
-            grid,
-            bound: [
-                Some(("nodes", Bound::Buffer(&nodes.nodes))),
-                Some(("bricks", Bound::Image(&self.image))),
-                Some((
-                    "normals_of_bricks",
-                    Bound::Image(normals.unwrap_or(&self.image)),
-                )),
-                Some(("indirection", Bound::Image(&self.indirection))),
-            ],
-            constants: constants.map(|(name, is_on)| Some((name, u32::from(is_on)))),
-            directionality,
-            sides: 1 + u32::from(normals.is_some() || directionality.faces().is_some()),
-            voxels_across: grid.resolution,
-            face_stride: face_stride(nodes, directionality),
-        }
-    }
-
-    /// The same with other bricks of the same tiles: without normals and without faces.
-    pub fn volume_of<'v>(
-        &'v self,
-        grid: VoxelGrid,
-        nodes: &'v NodePool,
-        bricks: &'v Arc<Image>,
-    ) -> Volume<'v> {
-        let mut volume = self.volume(grid, nodes);
-        volume.bound[1] = Some(("bricks", Bound::Image(bricks)));
-        volume.constants[1] = Some(("NORMALS", 0));
-        Volume {
-            directionality: Directionality::Isotropic,
-            sides: 1,
-            face_stride: 0,
-            ..volume
-        }
     }
 
     /// Adds the passes from the voxels' light to all levels.

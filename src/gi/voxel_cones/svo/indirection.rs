@@ -37,13 +37,9 @@ pub static INDEX_TILES: Pass = Pass::compute(
 /// `gi/voxel_cones/svo/indirection.glsl`).
 const BITS: u32 = 6;
 
-fn root_of(nodes: &NodePool) -> u32 {
-    nodes.levels.len() as u32 - 1
-}
-
 /// RG32UI: room for the cube of the finest level that it has, and behind it for all others.
 pub(super) fn indirection_image(gpu: &Gpu, nodes: &NodePool) -> Result<Arc<Image>, Error> {
-    let edge = 1 << root_of(nodes).min(BITS);
+    let edge = 1 << nodes.root().min(BITS);
     gpu.create_image(&ImageDesc {
         name: "svo.indirection".into(),
         extent: [edge, edge, edge + edge.div_ceil(2)],
@@ -58,7 +54,7 @@ pub(super) fn indirection_image(gpu: &Gpu, nodes: &NodePool) -> Result<Arc<Image
 
 /// Adds the passes that fill it from the tiles as they are now.
 pub(super) fn index_tiles(frame: &mut Frame, nodes: &NodePool, indirection: &Arc<Image>) {
-    let root = root_of(nodes);
+    let root = nodes.root();
     frame.clear_image("svo.clear", indirection, 0);
     for level in (root.saturating_sub(BITS)..=root).rev() {
         frame

@@ -11,6 +11,7 @@ pub mod oracle;
 pub mod pieces;
 pub mod space;
 pub mod touched;
+pub mod volume;
 
 pub use attributes::AttributeBricks;
 pub use bricks::{BrickPool, BrickSettings, RecordRange, face_stride};
@@ -19,12 +20,12 @@ pub use entry::ENTRY;
 pub use nodes::NodePool;
 pub use pieces::{Occupancy, OccupiedCube, PieceVoxelizer, Pieces};
 use space::OctreeSpace;
+pub use volume::CONES;
 
 use super::{Gatherer, Parts, Relit, VoxelStore};
 use crate::gi::Context;
 use crate::gi::settings::Settings;
-use crate::gi::shared::cone::volume::volume_passes;
-use crate::gi::shared::cone::{Volume, VolumePasses, VoxelVolume};
+use crate::gi::shared::cone::{Volume, VoxelVolume};
 use crate::gi::shared::voxel::trace::space::space_passes;
 use crate::gi::shared::voxel::{
     Directionality, LightInputs, LightSettings, LitVoxels, Prefilter, Sides, Space, SpacePasses,
@@ -32,18 +33,6 @@ use crate::gi::shared::voxel::{
 };
 use crate::graph::compute::read;
 use crate::graph::{Access, Binding, Error, Frame, FrameStats, Gpu};
-
-/// The passes of cones through the octree.
-pub static CONES: VolumePasses = volume_passes!(
-    "gi/voxel_cones/svo",
-    ["CORNERS", "NORMALS"],
-    [
-        Binding::buffer("nodes", Access::ComputeRead),
-        Binding::sampled("bricks", Access::ComputeSampled),
-        Binding::sampled("normals_of_bricks", Access::ComputeSampled),
-        Binding::sampled("indirection", Access::ComputeSampled),
-    ]
-);
 
 /// The passes of rays through the octree.
 pub static RAYS: SpacePasses = space_passes!(

@@ -412,6 +412,11 @@ impl NodePool {
         stats
     }
 
+    /// Its coarsest level.
+    pub(super) fn root(&self) -> u32 {
+        self.levels.len() as u32 - 1
+    }
+
     /// One beyond the last static tile.
     pub fn static_end(&self) -> u32 {
         self.levels[0].first + self.levels[0].count
@@ -447,7 +452,7 @@ impl NodePool {
     }
 
     fn fill(&self, gpu: &Gpu, voxels: &Occupancy, pyramid: &Pyramid) -> Result<FrameStats, Error> {
-        let root = self.levels.len() as u32 - 1;
+        let root = self.root();
         let device_levels = buffer(
             gpu,
             "svo.levels",

@@ -84,7 +84,7 @@ pub(super) struct OctreeSpace {
 impl OctreeSpace {
     /// Of an octree as it is now.
     pub(super) fn new(gpu: &Gpu, nodes: &NodePool) -> Result<(Self, FrameStats), Error> {
-        let root = nodes.levels.len() as u32 - 1;
+        let root = nodes.root();
         let moving = nodes.dynamic.as_ref();
         let moving_blocks = moving.map_or(0, |tiles| tiles.levels[1].count);
         let params = IndexParams {
