@@ -455,6 +455,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/voxel_cones/clipmap/gather_triangles_query.comp.spv"),
     ),
     (
+        "gi/voxel_cones/clipmap/mark_filled.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/clipmap/mark_filled.comp.spv"),
+    ),
+    (
         "gi/voxel_cones/clipmap/pack_blocks.comp",
         include_bytes!("../../spirv/gi/voxel_cones/clipmap/pack_blocks.comp.spv"),
     ),
@@ -469,6 +473,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     (
         "gi/voxel_cones/clipmap/specular.comp",
         include_bytes!("../../spirv/gi/voxel_cones/clipmap/specular.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/clipmap/spread_filled.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/clipmap/spread_filled.comp.spv"),
     ),
     (
         "gi/voxel_cones/clipmap/trace.comp",

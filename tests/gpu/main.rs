@@ -9,6 +9,7 @@ mod beam;
 mod bounces;
 mod cascades;
 mod clipmap;
+mod clipmap_matter;
 mod clipmap_walk;
 mod dynamic;
 mod dynamic_pictures;

@@ -182,7 +182,7 @@ fn images(volume: Volume<'_>) -> Vec<&Arc<Image>> {
 }
 
 /// Images that say where light is, and hold none.
-const PLACES: [&str; 2] = ["voxel_mips.matter", "svo.indirection"];
+const PLACES: [&str; 3] = ["voxel_mips.matter", "clipmap.matter", "svo.indirection"];
 
 fn read(gpu: &Gpu, image: &Arc<Image>) -> Vec<Vec<u8>> {
     (0..image.mips())

@@ -4,6 +4,7 @@
 // on the level that its cone's diameter asks for, or on the finest one that holds it where that is
 // coarser; towards its border a level fades into the next.
 #include "gi/voxel_cones/clipmap/atlas.glsl"
+#include "gi/voxel_cones/clipmap/filled.glsl"
 
 layout(constant_id = 0) const int N = 128;        // voxels along an edge of a level
 layout(constant_id = 2) const int LEVELS = 5;
@@ -17,6 +18,7 @@ layout(std430, set = 1, binding = VOLUME_BINDING) restrict readonly buffer Level
 // Radiance premultiplied by opacity, of all levels, and of the mips above.
 layout(set = 1, binding = VOLUME_BINDING + 1) uniform texture3D clipmap;
 layout(set = 1, binding = VOLUME_BINDING + 2) uniform texture3D top;
+layout(set = 1, binding = VOLUME_BINDING + 3) uniform utexture3D matter;
 
 // 1 inside a level, falling to 0 in a border of n/16 voxels, one voxel off the nearest that its end
 // can be.
@@ -27,14 +29,14 @@ float share_of_level(vec3 position, int level) {
 }
 
 // Finest level, from a given one on, that holds a position; and in its fading border, how far that
-// has gone.
+// has gone. The loop is unrolled, for rows are cheap to read where all lanes read the same.
 float faded_level(vec3 position, int level) {
-    float share = share_of_level(position, level);
-    while (share <= 0.0 && level < LEVELS - 1) {
-        ++level;
-        share = share_of_level(position, level);
+    float faded = float(LEVELS - 1);
+    for (int l = LEVELS - 2; l >= 0; --l) {
+        float share = share_of_level(position, l);
+        faded = l >= level && share > 0.0 ? float(l) + 1.0 - share : faded;
     }
-    return level < LEVELS - 1 ? float(level) + 1.0 - share : float(LEVELS - 1);
+    return faded;
 }
 
 // The same, as samples are taken: in the first quarter of the border cones that start there move
@@ -70,17 +72,29 @@ vec4 sample_top(vec3 at, int face, int mip) {
     return textureLod(sampler3D(top, linear_clamp), at, float(mip));
 }
 
+// A position in a level, or in the outermost one for a mip above it [its voxels].
+struct InLevel {
+    vec3 local;    // from its smallest corner, no nearer to its border than half a texel
+    float first;   // w of its row
+};
+
+InLevel in_level(vec3 position, int level) {
+    int stored = min(level, LEVELS - 1);
+    vec4 row = levels[2 * stored];
+    // The mips above have larger texels; none is filtered across the level's border.
+    float half_texel = 0.5 * exp2(float(level - stored));
+    return InLevel(clamp((position - row.xyz) * exp2(-float(stored)), vec3(half_texel),
+                       vec3(float(N) - half_texel)),
+        row.w);
+}
+
 // Trilinear sample of one level.
 vec4 sample_level(vec3 position, int level, vec3 direction) {
     int stored = min(level, LEVELS - 1), mip = max(level - LEVELS, 0);
-    vec4 row = levels[2 * stored];
-    uint first = uint(row.w);
+    InLevel at_level = in_level(position, level);
+    uint first = uint(at_level.first);
     vec3 wrap = vec3(first % uint(N), first / uint(N) % uint(N), first / uint(N * N));
-    // The mips above have larger texels; none is filtered across the level's border.
-    float texel = level < LEVELS ? 1.0 : exp2(float(mip + 1));
-    vec3 local = clamp((position - row.xyz) * exp2(-float(stored)), vec3(0.5 * texel),
-        vec3(float(N) - 0.5 * texel));
-    vec3 at = (wrap + local) / float(N);
+    vec3 at = (wrap + at_level.local) / float(N), in_top = at_level.local / float(N);
     bool is_stored = level < LEVELS, six = FACES && has_faces(level);
     ivec3 met = faces_met(direction);
     vec4 result;
@@ -90,20 +104,23 @@ vec4 sample_level(vec3 position, int level, vec3 direction) {
         result = combine_faces(sample_stored(at, met.x, stored), sample_stored(at, met.y, stored),
             sample_stored(at, met.z, stored), direction);
     } else if (FACES) {
-        vec3 in_top = local / float(N);
         result = combine_faces(sample_top(in_top, met.x, mip), sample_top(in_top, met.y, mip),
             sample_top(in_top, met.z, mip), direction);
     } else {
-        result = sample_top(local / float(N), 0, mip);
+        result = sample_top(in_top, 0, mip);
     }
     return result;
 }
 
-// `level`: log2 of the sample's diameter [voxels of level 0].
-vec4 sample_volume(vec3 position, float resolution, float level, vec3 direction) {
+// The level of a sample, between two: `level` is log2 of its diameter [voxels of level 0].
+float level_of_sample(vec3 position, float level) {
     float coarsest = float(LEVELS - 1 + findMSB(uint(N) / 8u));
     level = clamp(level, 0.0, coarsest);
-    level = max(level, level_at(position, min(int(level), LEVELS - 1)));
+    return max(level, level_at(position, min(int(level), LEVELS - 1)));
+}
+
+vec4 sample_volume(vec3 position, float resolution, float level, vec3 direction) {
+    level = level_of_sample(position, level);
     int finer = int(level);
     float coarser_share = level - float(finer);
     vec4 texel = (1.0 - coarser_share) * sample_level(position, finer, direction);
@@ -112,14 +129,20 @@ vec4 sample_volume(vec3 position, float resolution, float level, vec3 direction)
     return texel;
 }
 
-// Every sample is taken.
-bool may_see_matter(vec3 position, float resolution, float diameter) {
-    return true;
+float sampled_level(vec3 position, float resolution, float diameter) {
+    return level_of_sample(position, log2(diameter));
 }
 
-float sampled_level(vec3 position, float resolution, float diameter) {
-    float level = clamp(log2(diameter), 0.0, float(LEVELS - 1 + findMSB(uint(N) / 8u)));
-    return max(level, level_at(position, min(int(level), LEVELS - 1)));
+// False only where a sample of this diameter [voxels of level 0] is zero. Between two levels the
+// coarser one's stencil holds the finer one's.
+bool may_see_matter(vec3 position, float resolution, float diameter) {
+    int level = int(ceil(level_of_sample(position, log2(diameter)))),
+        mip = max(level - LEVELS + 1, 0);
+    vec3 texels = in_level(position, level).local * exp2(-float(mip)) - 0.5;
+    ivec3 stencil = clamp(ivec3(texels), ivec3(0), ivec3((N >> mip) - 1));
+    uint word = texelFetch(usampler3D(matter, nearest_clamp),
+        filled_texel(stencil >> ivec3(2, 2, 1), level, N, LEVELS), 0).r;
+    return (word >> stencil_bit(stencil) & 1u) != 0u;
 }
 
 uint sides_of_voxels() {

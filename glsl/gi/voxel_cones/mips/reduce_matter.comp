@@ -1,10 +1,10 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// voxel_mips.reduce_matter: a mip of the matter pyramid (gi/voxel_cones/mips/matter.glsl) from the
+// voxel_mips.reduce_matter: a mip of the matter pyramid (gi/voxel_cones/matter.glsl) from the
 // next finer one. A thread makes a word.
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 
-#include "gi/voxel_cones/mips/matter.glsl"
+#include "gi/voxel_cones/matter.glsl"
 
 layout(set = 1, binding = 0, r32ui) uniform restrict uimage3D matter;
 

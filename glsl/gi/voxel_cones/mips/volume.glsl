@@ -1,5 +1,5 @@
 // The volume of gi/shared/cone/volume.glsl as a 3D texture with all mips.
-#include "gi/voxel_cones/mips/matter.glsl"
+#include "gi/voxel_cones/matter.glsl"
 
 // Whether empty samples are looked up in the matter pyramid and skipped.
 layout(constant_id = 0) const bool SKIP_EMPTY = true;

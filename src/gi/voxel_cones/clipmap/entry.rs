@@ -4,7 +4,7 @@ use super::super::entry::{
     GATHER, HIERARCHY, RAYS_TO_EMITTERS, SPECULAR, SUBSTITUTIONS, directions, entry, lends,
 };
 use super::super::{VoxelCones, presets};
-use super::{CONES, Clipmap, RAYS, space, volume};
+use super::{CONES, Clipmap, RAYS, filled, space, volume};
 use crate::gi::entry::{Entry, Stage};
 use crate::gi::settings::{Domain, Preset, Setting, Settings};
 use crate::gi::shared::cone;
@@ -60,6 +60,8 @@ static PRESETS: &[Preset] = &[
 
 /// The passes of this module.
 pub(super) static PASSES: &[&Pass] = &[
+    &filled::MARK_FILLED,
+    &filled::SPREAD_FILLED,
     &volume::WRITE_VOXELS,
     &volume::CLEAR_BOX,
     &volume::FILTER_INNER,

@@ -2,6 +2,7 @@
 //! (Panteleev 2014; McLaren 2014), cone-traced.
 
 mod entry;
+mod filled;
 pub mod layout;
 pub mod space;
 mod update;
@@ -38,6 +39,7 @@ pub static CONES: VolumePasses = volume_passes!(
         Binding::buffer("levels", Access::ComputeRead),
         Binding::sampled("clipmap", Access::ComputeSampled),
         Binding::sampled("top", Access::ComputeSampled),
+        Binding::sampled("matter", Access::ComputeSampled),
     ]
 );
 

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
+use super::filled::Marked;
 use super::{Clipmap, Inner, Place};
 use crate::gi::Context;
 use crate::gi::shared::cone::Volume;
@@ -188,6 +189,9 @@ impl Clipmap {
         if due.iter().any(|index| !self.levels[*index].is_lit()) {
             self.bound_tiles(frame, lights.rsm);
         }
+        if due.iter().any(|index| !self.levels[*index].new.is_empty()) {
+            self.mark_filled(frame, &due);
+        }
         let mut changed = VoxelBox::NONE;
         for index in due.iter().copied() {
             changed = self.update_level(frame, lights, index);
@@ -202,6 +206,21 @@ impl Clipmap {
         {
             self.filter_top(frame, changed);
         }
+    }
+
+    /// Adds the passes that mark which texels may be other than zero. A level that is not due still
+    /// has the texels that the next finer one made of it before.
+    fn mark_filled(&self, frame: &mut Frame, due: &[usize]) {
+        let Some(volume) = &self.volume else { return };
+        let levels = self.levels.iter().enumerate();
+        let marked: Vec<Marked<'_>> = levels
+            .map(|(index, level)| Marked {
+                first: level.place.first,
+                occupancy: &level.window.voxels.occupancy,
+                is_kept: !due.contains(&index),
+            })
+            .collect();
+        volume.filled.mark(frame, &marked);
     }
 
     /// Adds the pass that injection into levels needs, unless its result is kept and nothing has

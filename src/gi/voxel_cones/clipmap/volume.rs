@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::IVec3;
 
 use super::CONES;
+use super::filled::Filled;
 use super::layout::{Inner, Layout, Place};
 use crate::gi::shared::cone::Volume;
 use crate::gi::shared::voxel::build::buffer;
@@ -143,6 +144,8 @@ pub struct ClipmapVolume {
     pub clipmap: Arc<Image>,
     /// Mips of the outermost level, (n/2)³ and less; with faces six side by side along x.
     pub top: Arc<Image>,
+    /// Where these may be other than zero.
+    pub(super) filled: Filled,
     /// Two rows a level: for pictures, and for voxels, whose light does not depend on where
     /// between two blocks the camera is.
     rows: [Arc<Buffer>; 2],
@@ -185,6 +188,7 @@ impl ClipmapVolume {
                 [cubes * (n / 2), n / 2, n / 2],
                 layout.top_mips(),
             )?,
+            filled: Filled::new(gpu, layout)?,
             rows: [rows()?, rows()?],
         })
     }
@@ -226,7 +230,7 @@ impl ClipmapVolume {
                 Some(("levels", Bound::Buffer(levels))),
                 Some(("clipmap", Bound::Image(&self.clipmap))),
                 Some(("top", Bound::Image(&self.top))),
-                None,
+                Some(("matter", Bound::Image(&self.filled.matter))),
             ],
             constants: [Some(("N", n)), Some(("LEVELS", count))],
             directionality: self.directionality,

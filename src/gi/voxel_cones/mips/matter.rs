@@ -1,5 +1,5 @@
 //! The matter pyramid: where samples of the dense radiance cannot be other than zero, so that cones
-//! need not take them (`gi/voxel_cones/mips/matter.glsl`).
+//! need not take them (`gi/voxel_cones/matter.glsl`).
 
 use std::sync::Arc;
 
