@@ -160,7 +160,7 @@ pub(super) enum Work {
     Nothing,
     Pass(Box<PassCall>),
     Fill(Arc<Buffer>, u64, u32),
-    Clear(Arc<Image>, ClearValue),
+    Clear(Arc<Image>, Range<u32>, ClearValue),
     BlitMip(Arc<Image>, u32),
     CopyBuffer {
         source: (Arc<Buffer>, u64),
@@ -259,18 +259,34 @@ impl Frame {
         image: &Arc<Image>,
         value: impl Into<ClearValue>,
     ) {
+        self.clear_mips(name, image, 0..image.mips(), value);
+    }
+
+    /// Sets every texel of some mips of a colour image, in all layers.
+    pub fn clear_mips(
+        &mut self,
+        name: impl Into<String>,
+        image: &Arc<Image>,
+        mips: Range<u32>,
+        value: impl Into<ClearValue>,
+    ) {
+        assert!(
+            mips.start < mips.end && mips.end <= image.mips(),
+            "image {} has no mips {mips:?}",
+            image.name()
+        );
         assert_eq!(
             image.aspect(),
             vk::ImageAspectFlags::COLOR,
             "image {}: depth is cleared by rendering",
             image.name()
         );
-        let resource = Resource::from(image);
+        let resource = Resource::Image(Arc::clone(image), mips.clone());
         let used = resource.used(Access::TransferWrite);
         self.push(
             name.into(),
             vec![(resource, used)],
-            Work::Clear(Arc::clone(image), value.into()),
+            Work::Clear(Arc::clone(image), mips, value.into()),
         );
     }
 

@@ -236,8 +236,8 @@ impl Issued {
             Work::Nothing => return Some(Issued::Nothing),
             Work::Pass(_) => return None,
             Work::Fill(buffer, ..) => vec![Touch::buffer(buffer, write)],
-            Work::Clear(image, _) => {
-                vec![Touch::mips(image, 0..image.mips(), write, target_layout)]
+            Work::Clear(image, mips, _) => {
+                vec![Touch::mips(image, mips.clone(), write, target_layout)]
             }
             Work::BlitMip(image, source) => {
                 let target = source + 1;

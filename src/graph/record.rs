@@ -386,7 +386,7 @@ impl Recorder<'_> {
             Work::Nothing => {}
             Work::Pass(call) => self.pass(call, pool)?,
             Work::Fill(buffer, first_byte, value) => commands.fill(buffer, *first_byte, *value),
-            Work::Clear(image, value) => commands.clear(image, value.raw()),
+            Work::Clear(image, mips, value) => commands.clear(image, mips, value.raw()),
             Work::BlitMip(image, source) => commands.blit_mip(image, *source),
             Work::CopyBuffer {
                 source,

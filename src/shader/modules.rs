@@ -535,6 +535,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/voxel_cones/mips/gather_triangles_query.comp.spv"),
     ),
     (
+        "gi/voxel_cones/mips/list_groups.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/mips/list_groups.comp.spv"),
+    ),
+    (
         "gi/voxel_cones/mips/mark_matter.comp",
         include_bytes!("../../spirv/gi/voxel_cones/mips/mark_matter.comp.spv"),
     ),

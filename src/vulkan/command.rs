@@ -1,5 +1,6 @@
 //! One command buffer, recorded, submitted and waited for, again and again.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use ash::vk;
@@ -331,10 +332,11 @@ impl Commands {
         };
     }
 
-    pub(crate) fn clear(&self, image: &Image, value: vk::ClearColorValue) {
+    pub(crate) fn clear(&self, image: &Image, mips: &Range<u32>, value: vk::ClearColorValue) {
         let range = vk::ImageSubresourceRange::default()
             .aspect_mask(vk::ImageAspectFlags::COLOR)
-            .level_count(vk::REMAINING_MIP_LEVELS)
+            .base_mip_level(mips.start)
+            .level_count(mips.end - mips.start)
             .layer_count(vk::REMAINING_ARRAY_LAYERS);
         // SAFETY: as for `barriers`; the graph has put the image into this layout.
         unsafe {

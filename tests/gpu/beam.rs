@@ -134,7 +134,7 @@ fn samples_are_the_oracles() {
     let finest = random_volume(resolution, 0.1, &mut random);
     let image = volume(&gpu, &finest);
     let mut filtered = Frame::new();
-    crate::support::gather::filter(&mut filtered, &image, 1);
+    crate::support::gather::filter(&gpu, &mut filtered, &image, 1);
     gpu.submit(filtered).unwrap();
     let (chain, matter) = (
         read_chain(&gpu, &image),

@@ -5,7 +5,7 @@ use crate::support::compare::{Largest, Worst, larger};
 use std::collections::BTreeMap;
 
 use crate::support::gather::{
-    matter, occupied, random_volume, read_chain, read_faces, upload_faces, volume,
+    all_groups, matter, occupied, random_volume, read_chain, read_faces, upload_faces, volume,
 };
 use crate::support::scenes::bundled;
 use crate::support::technique::{Case, default_cases, default_cases_with, frame, mean, shoot};
@@ -267,7 +267,8 @@ fn light_gathered_by_cones_is_the_oracles() {
         let all: Vec<&str> = pairs.iter().copied().chain(["bounces=2"]).collect();
         let settings = settings("voxel-mips", "cones", &all);
         let mut frame = lit.frame();
-        filter_mips(&mut frame, &image, None, Prefilter::Directional);
+        let groups = all_groups(&gpu, 32, if has_faces { 6 } else { 1 });
+        filter_mips(&mut frame, &image, None, Prefilter::Directional, &groups);
         let tracer = ConeTracer::new(&gpu, &settings).unwrap();
         tracer.bounce(
             &mut frame,

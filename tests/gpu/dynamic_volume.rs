@@ -109,6 +109,9 @@ fn the_volume_follows_dynamic_geometry_and_forgets_it() {
         &["resolution=32"][..],
         &["resolution=32", "injection=voxel", "opacity=coverage"],
         &["resolution=16", "mip_filter=box"],
+        &["resolution=16", "mip_filter=box", "mip_method=blit"],
+        &["resolution=32", "anisotropic=on"],
+        &["resolution=32", "faces=both"],
     ] {
         let settings = entry.settings(Some("cones"), pairs).unwrap();
         let mut scene = scene();

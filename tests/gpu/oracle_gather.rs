@@ -6,8 +6,8 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use crate::support::gather::{
-    View, by_oracle_with, cones_by_oracle, errors, filter, matter, occupied, random_volume,
-    read_chain, samples_by_oracle, verdict, volume,
+    View, by_oracle_with, cones_by_oracle, errors, filter, groups_of, matter, occupied,
+    random_volume, read_chain, samples_by_oracle, verdict, volume,
 };
 use crate::support::octree::{grow_lit, lit_matter, read_nodes, read_texels};
 use crate::support::scenes::bundled;
@@ -18,8 +18,9 @@ use lumivox::gi::registry::find;
 use lumivox::gi::shared::cone::oracle::{Levels, Volume};
 use lumivox::gi::shared::cone::{ConeTracer, cone_set, diffuse_set};
 use lumivox::gi::shared::voxel::oracle::{VoxelIndex, hemisphere_direction};
-use lumivox::gi::shared::voxel::{Directionality, VoxelGrid};
+use lumivox::gi::shared::voxel::{Directionality, Prefilter, VoxelGrid};
 use lumivox::gi::voxel_cones::mips;
+use lumivox::gi::voxel_cones::mips::filter_mips;
 use lumivox::gi::voxel_cones::mips::oracle::{Filter, coarser, sees_matter};
 use lumivox::gi::voxel_cones::svo::BrickSettings;
 use lumivox::gi::voxel_cones::svo::oracle::Texels;
@@ -51,15 +52,31 @@ fn filter_error(chain: &[Volume], by: Filter) -> f64 {
 #[test]
 fn mips_are_the_oracles() {
     let gpu = gpu();
-    for (resolution, filled) in [(8, 1.0), (32, 0.1), (64, 0.3)] {
+    for (resolution, filled) in [(8, 1.0), (32, 0.1), (64, 0.3), (64, 0.0005)] {
         let finest = random_volume(resolution, filled, &mut Random::new(u64::from(resolution)));
         let chains = [0, 1].map(|constant| {
             let image = volume(&gpu, &finest);
             let mut frame = Frame::new();
-            filter(&mut frame, &image, constant);
+            filter(&gpu, &mut frame, &image, constant);
             gpu.submit(frame).unwrap();
             read_chain(&gpu, &image)
         });
+        // Where there is no matter nothing is made.
+        let (image, matter) = (
+            volume(&gpu, &finest),
+            matter(&gpu, &occupied(&finest), resolution),
+        );
+        let mut frame = Frame::new();
+        frame.clear_mips("test.clear", &image, 1..image.mips(), [0.0; 4]);
+        let groups = groups_of(&gpu, &matter, 1);
+        filter_mips(&mut frame, &image, None, Prefilter::Directional, &groups);
+        gpu.submit(frame).unwrap();
+        let sparse = read_chain(&gpu, &image);
+        let is_same = |(a, b): (&Volume, &Volume)| a.texels == b.texels;
+        assert!(
+            sparse.iter().zip(&chains[1]).all(is_same),
+            "{resolution}³: a group is missing"
+        );
         let image = volume(&gpu, &finest);
         let mut frame = Frame::new();
         frame.blit_mips("blit", &image);
@@ -212,7 +229,7 @@ fn counted_samples_are_the_oracles() {
         let finest = random_volume(32, 0.05, &mut Random::new(60 + seed as u64));
         let image = volume(&gpu, &finest);
         let mut frame = Frame::new();
-        filter(&mut frame, &image, 1);
+        filter(&gpu, &mut frame, &image, 1);
         gpu.submit(frame).unwrap();
         let matter = matter(&gpu, &occupied(&finest), 32);
         let settings = settings(&pairs.map(str::to_owned));
@@ -265,7 +282,7 @@ fn cones_are_the_oracles() {
         let finest = random_volume(32, [0.02, 0.1, 0.4][seed as usize % 3], &mut random);
         let (image, matter) = (volume(&gpu, &finest), matter(&gpu, &occupied(&finest), 32));
         let mut frame = Frame::new();
-        filter(&mut frame, &image, random.below(2));
+        filter(&gpu, &mut frame, &image, random.below(2));
         gpu.submit(frame).unwrap();
         let mut pairs: Vec<String> = Vec::new();
         let mut set = |name: &str, value: String| pairs.push(format!("{name}={value}"));
@@ -443,7 +460,7 @@ fn occlusion_cones_are_the_oracles() {
         let cones = mips::volume(grid, &image, &matter, None);
         let mut frame = Frame::new();
         frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
-        filter(&mut frame, &image, 1);
+        filter(&gpu, &mut frame, &image, 1);
         tracer.gather(&mut frame, &view.all(&gpu_scene), cones);
         gpu.submit(frame).unwrap();
         let gathered = view.results(&gpu);
@@ -500,7 +517,7 @@ fn every_cone_set_sees_a_uniform_environment() {
         matter(&gpu, &BTreeSet::new(), 32),
     );
     let mut frame = Frame::new();
-    filter(&mut frame, &image, 0);
+    filter(&gpu, &mut frame, &image, 0);
     gpu.submit(frame).unwrap();
     let counted = [1, 5, 6, 9, 16, 25, 32]
         .into_iter()
@@ -622,7 +639,7 @@ fn comparators_notice_planted_errors() {
     let finest = random_volume(16, 0.3, &mut Random::new(1));
     let image = volume(&gpu, &finest);
     let mut frame = Frame::new();
-    filter(&mut frame, &image, 1);
+    filter(&gpu, &mut frame, &image, 1);
     gpu.submit(frame).unwrap();
     let mut chain = read_chain(&gpu, &image);
     assert!(

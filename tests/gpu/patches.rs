@@ -192,7 +192,7 @@ fn patches_by_cones_are_the_oracles() {
         let made = EmissivePatches::new(&gpu, &gpu_scene, count).unwrap();
         let mut frame = Frame::new();
         frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
-        filter(&mut frame, &image, random.below(2));
+        filter(&gpu, &mut frame, &image, random.below(2));
         frame.clear_image("test.clear", &view.result, [1.0, 2.0, 3.0, 0.5]);
         let dense = mips::volume(grid, &image, &matter, None);
         ConeTracer::new(&gpu, &settings).unwrap().patches(

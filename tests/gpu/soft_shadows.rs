@@ -130,7 +130,7 @@ fn shadows_by_cones_are_the_oracles() {
         let settings = settings(&pairs);
         let mut frame = Frame::new();
         frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
-        filter(&mut frame, &image, random.below(2));
+        filter(&gpu, &mut frame, &image, random.below(2));
         let volume = mips::volume(grid, &image, &matter, None);
         ConeTracer::new(&gpu, &settings).unwrap().shadow(
             &mut frame,

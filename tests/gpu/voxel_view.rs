@@ -213,7 +213,7 @@ fn a_level_looks_as_the_oracle_has_it() {
     let finest = random_volume(resolution, 0.1, &mut random);
     let image = volume(&gpu, &finest);
     let mut frame = Frame::new();
-    crate::support::gather::filter(&mut frame, &image, 1);
+    crate::support::gather::filter(&gpu, &mut frame, &image, 1);
     gpu.submit(frame).unwrap();
     let chain = read_chain(&gpu, &image);
     let matter = matter(&gpu, &occupied(&finest), resolution);
@@ -283,7 +283,7 @@ fn structures_look_as_the_oracle_has_them() {
     });
     let (image, matter) = (volume(&gpu, &finest), matter(&gpu, &occupied, resolution));
     let mut frame = Frame::new();
-    crate::support::gather::filter(&mut frame, &image, 1);
+    crate::support::gather::filter(&gpu, &mut frame, &image, 1);
     gpu.submit(frame).unwrap();
     let chain = read_chain(&gpu, &image);
     let cells = BrickSettings {

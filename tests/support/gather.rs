@@ -12,9 +12,10 @@ use lumivox::gi::shared::cone::oracle::{
 use lumivox::gi::shared::cone::{ConeSet, diffuse_set};
 use lumivox::gi::shared::interleave::Pattern;
 use lumivox::gi::shared::interleave::oracle::interleaved_offset;
+use lumivox::gi::shared::voxel::Prefilter;
 use lumivox::gi::shared::voxel::VoxelGrid;
 use lumivox::gi::shared::voxel::oracle::{Gathered, Receiver, VoxelIndex, occupancy_words};
-use lumivox::gi::voxel_cones::mips::{FILTER, mark_matter, matter_image};
+use lumivox::gi::voxel_cones::mips::{FilterGroups, filter_mips, mark_matter, matter_image};
 use lumivox::graph::{Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Owner, vk};
 use lumivox::render::{Follows, FrameConstants, GBuffer, GpuScene, Receivers};
 use lumivox::scene::{Camera, Scene};
@@ -167,19 +168,26 @@ pub fn volume(gpu: &Gpu, finest: &Volume) -> Arc<Image> {
     image
 }
 
-/// Adds `voxel_mips.filter` for all mips; `filter` is its specialization constant.
-pub fn filter(frame: &mut Frame, volume: &Arc<Image>, filter: u32) {
-    for mip in 1..volume.mips() {
-        let groups = volume.extent(mip)[0].div_ceil(4);
-        frame
-            .pass(&FILTER)
-            .bind_mip("finer", volume, mip - 1)
-            .bind_mip("coarser", volume, mip)
-            .constant("FILTER", filter)
-            .constant("FACES", false)
-            .constant("FINER_FACES", false)
-            .dispatch([groups; 3]);
-    }
+/// The groups of a dense volume's texels that hold matter, one cube or six.
+pub fn groups_of(gpu: &Gpu, matter: &Arc<Image>, cubes: u32) -> FilterGroups {
+    let groups = FilterGroups::new(gpu, matter.extent(0)[2], cubes).unwrap();
+    let mut frame = Frame::new();
+    groups.list(&mut frame, matter);
+    gpu.submit(frame).unwrap();
+    groups
+}
+
+/// All of them.
+pub fn all_groups(gpu: &Gpu, resolution: u32, cubes: u32) -> FilterGroups {
+    let all = Volume::new(resolution, |_| DVec4::ONE);
+    groups_of(gpu, &matter(gpu, &occupied(&all), resolution), cubes)
+}
+
+/// Adds `voxel_mips.filter` for all texels of all mips; `filter` is its specialization constant.
+pub fn filter(gpu: &Gpu, frame: &mut Frame, volume: &Arc<Image>, filter: u32) {
+    let groups = all_groups(gpu, volume.extent(0)[1], 1);
+    let filter = [Prefilter::Box, Prefilter::Directional][filter as usize];
+    filter_mips(frame, volume, None, filter, &groups);
 }
 
 /// The matter pyramid of these voxels.

@@ -4,7 +4,7 @@ use super::super::entry::{
     GATHER, HIERARCHY, RAYS_TO_EMITTERS, SPECULAR, SUBSTITUTIONS, directions, entry, lends,
 };
 use super::super::{VoxelCones, presets, suit};
-use super::{CLEAR_DYNAMIC, CONES, FILTER, MARK_MATTER, Mips, RAYS, REDUCE_MATTER};
+use super::{CLEAR_DYNAMIC, CONES, FILTER, LIST_GROUPS, MARK_MATTER, Mips, RAYS, REDUCE_MATTER};
 use crate::gi::entry::{Entry, Stage};
 use crate::gi::settings::{Domain, Preset, Setting, Settings};
 use crate::gi::shared::cone;
@@ -49,7 +49,13 @@ pub static ENTRY: Entry = Entry {
     presets: PRESETS,
     passes: &[
         voxel::PASSES,
-        &[&CLEAR_DYNAMIC, &MARK_MATTER, &REDUCE_MATTER, &FILTER],
+        &[
+            &CLEAR_DYNAMIC,
+            &MARK_MATTER,
+            &REDUCE_MATTER,
+            &LIST_GROUPS,
+            &FILTER,
+        ],
         &CONES.all(),
         &RAYS.all(),
         RAYS_TO_EMITTERS,
@@ -64,7 +70,11 @@ pub static ENTRY: Entry = Entry {
         ),
         &Stage::store(
             "empty space",
-            &["voxel_mips.mark_matter", "voxel_mips.reduce_matter"],
+            &[
+                "voxel_mips.mark_matter",
+                "voxel_mips.reduce_matter",
+                "voxel_mips.list_groups",
+            ],
         ),
         &voxel::LIGHT_INJECTION,
         &Stage::store("mip filtering", &["voxel_mips.filter", "voxel_mips.blit"]),

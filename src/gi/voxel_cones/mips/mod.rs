@@ -2,6 +2,7 @@
 //! cone-traced.
 
 mod entry;
+pub mod groups;
 pub mod matter;
 pub mod oracle;
 pub mod volume;
@@ -9,6 +10,7 @@ pub mod volume;
 use std::sync::Arc;
 
 pub use entry::ENTRY;
+pub use groups::{FilterGroups, LIST_GROUPS};
 pub use matter::{MARK_MATTER, MatterParams, REDUCE_MATTER, mark_matter, matter_image};
 use volume::DenseVolume;
 pub use volume::{CONES, FILTER, filter_mips, radiance_image, volume};
@@ -78,8 +80,6 @@ pub fn space<'v>(voxels: &'v Voxels, light: &'v VoxelLight) -> Space<'v> {
 /// Voxels, their light and its mips.
 pub struct Mips {
     filter: Prefilter,
-    /// Whether the hardware's linear filter makes the mips.
-    blits: bool,
     /// Whether cones gather the diffuse light.
     has_cones: bool,
     /// Absent where nothing traces cones.
@@ -93,12 +93,7 @@ impl Mips {
         let Some(volume) = self.volume.as_ref().filter(|_| is_last || self.has_cones) else {
             return;
         };
-        if self.blits {
-            frame.blit_mips("voxel_mips.blit", &volume.radiance);
-        } else {
-            let coarser = volume.coarser.as_ref();
-            filter_mips(frame, &volume.radiance, coarser, self.filter);
-        }
+        volume.filter(frame, self.filter);
     }
 
     fn radiance(&self) -> Option<&Arc<Image>> {
@@ -129,13 +124,13 @@ impl VoxelStore for Mips {
             emission: parts.emission,
             ..LightSettings::new(settings, sides)
         };
+        let blits = directionality == Directionality::Isotropic
+            && filter == Prefilter::Box
+            && settings.is("mip_method", "blit");
         Ok(Mips {
             filter,
-            blits: directionality == Directionality::Isotropic
-                && filter == Prefilter::Box
-                && settings.is("mip_method", "blit"),
             volume: has_volume
-                .then(|| DenseVolume::new(gpu, resolution, directionality, skips_empty))
+                .then(|| DenseVolume::new(gpu, resolution, directionality, [skips_empty, blits]))
                 .transpose()?,
             has_cones: parts.gatherer.rays.is_none(),
             grid: LitGrid::new(gpu, scene, voxel_settings, light_settings)?,
@@ -150,7 +145,7 @@ impl VoxelStore for Mips {
         let mut stats = self.grid.build(context.gpu, context.scene)?;
         if let (Some(volume), Some((voxels, _))) = (&self.volume, &self.grid.lit) {
             let mut frame = Frame::new();
-            frame.clear_image("voxel_mips.clear", &volume.radiance, [0.0; 4]);
+            volume.clear_mips(&mut frame, 0);
             volume.mark_matter(&mut frame, voxels);
             stats.append(context.gpu.submit(frame)?);
         }
@@ -169,6 +164,9 @@ impl VoxelStore for Mips {
                 voxel_count: slots.len() as u32,
             };
             let mut frame = Frame::new();
+            if volume.groups.is_some() {
+                volume.clear_mips(&mut frame, 1);
+            }
             frame
                 .pass(&CLEAR_DYNAMIC)
                 .bind("voxels", &voxels.records)

@@ -2,27 +2,41 @@
 
 use std::sync::Arc;
 
+use super::groups::FilterGroups;
 use super::{mark_matter, matter_image};
 use crate::gi::shared::cone::volume::volume_passes;
 use crate::gi::shared::cone::{Volume, VolumePasses};
 use crate::gi::shared::voxel::{Directionality, Prefilter, VoxelGrid, Voxels};
+use crate::gpu_struct;
+use crate::graph::compute::read;
 use crate::graph::{
     Access, Binding, Bound, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Owner,
-    Pass, Sets, Shaders, vk,
+    Pass, vk,
 };
+use crate::shader::GpuStruct;
 
-/// One mip, or its six faces, from the next finer one. Reads and writes RGBA16F, radiance
-/// premultiplied by opacity; a thread a texel.
+gpu_struct! {
+    /// Parameters of `voxel_mips.filter`.
+    pub struct FilterParams {
+        /// First word of the list of the mip's groups.
+        pub first_word: u32,
+    }
+}
+
+/// One mip, or its six faces, from the next finer one, in listed groups of 4³ texels. Reads and
+/// writes RGBA16F, radiance premultiplied by opacity; a thread a texel.
 pub static FILTER: Pass = Pass {
-    name: "voxel_mips.filter",
-    shaders: Shaders::Compute("gi/voxel_cones/mips/filter.comp"),
-    bindings: &[
-        Binding::image("finer", Access::ComputeRead),
-        Binding::image("coarser", Access::ComputeWrite),
-    ],
     constants: &["FILTER", "FACES", "FINER_FACES"],
-    params: None,
-    sets: Sets::None,
+    ..Pass::compute(
+        "voxel_mips.filter",
+        "gi/voxel_cones/mips/filter.comp",
+        &[
+            Binding::image("finer", Access::ComputeRead),
+            Binding::image("coarser", Access::ComputeWrite),
+            read("groups"),
+        ],
+        FilterParams::LAYOUT,
+    )
 };
 
 /// The passes of cones through the mips.
@@ -44,10 +58,11 @@ pub(super) struct DenseVolume {
     /// The coarser mips of anisotropic voxels, in the same format, with six faces.
     pub(super) coarser: Option<Arc<Image>>,
     directionality: Directionality,
-    /// Where samples of it may see matter; one word without contents where no cones skip what is
-    /// empty.
+    /// Where samples of it may see matter; one word without contents where nothing asks.
     matter: Arc<Image>,
-    skips_empty: bool,
+    has_matter: bool,
+    /// Where mips are made; absent where the hardware's linear filter makes all of them.
+    pub(super) groups: Option<FilterGroups>,
 }
 
 impl DenseVolume {
@@ -55,8 +70,9 @@ impl DenseVolume {
         gpu: &Gpu,
         resolution: u32,
         directionality: Directionality,
-        skips_empty: bool,
+        [skips_empty, blits]: [bool; 2],
     ) -> Result<Self, Error> {
+        let has_matter = skips_empty || !blits;
         let all = resolution.ilog2() + 1;
         let [cubes, mips] = match directionality {
             Directionality::Isotropic => [1, all],
@@ -64,21 +80,48 @@ impl DenseVolume {
             Directionality::Directional(_) => [6, all],
         };
         let has_coarser = directionality == Directionality::Anisotropic;
+        let coarser_cubes = if has_coarser { 6 } else { 1 };
         Ok(DenseVolume {
             radiance: radiance_image(gpu, "voxel_mips.radiance", resolution, cubes, mips)?,
             coarser: has_coarser
                 .then(|| radiance_image(gpu, "voxel_mips.faces", resolution / 2, 6, all - 1))
                 .transpose()?,
             directionality,
-            matter: matter_image(gpu, if skips_empty { resolution } else { 4 })?,
-            skips_empty,
+            matter: matter_image(gpu, if has_matter { resolution } else { 4 })?,
+            has_matter,
+            groups: (!blits)
+                .then(|| FilterGroups::new(gpu, resolution, cubes.max(coarser_cubes)))
+                .transpose()?,
         })
     }
 
     /// Adds the passes that mark where these voxels are.
     pub(super) fn mark_matter(&self, frame: &mut Frame, voxels: &Voxels) {
-        if self.skips_empty {
+        if self.has_matter {
             mark_matter(frame, &voxels.occupancy, &self.matter);
+        }
+        if let Some(groups) = &self.groups {
+            groups.list(frame, &self.matter);
+        }
+    }
+
+    /// Adds the passes that empty the mips from `first` on.
+    pub(super) fn clear_mips(&self, frame: &mut Frame, first: u32) {
+        let images = [(Some(&self.radiance), first), (self.coarser.as_ref(), 0)];
+        for (image, first) in images {
+            if let Some(image) = image.filter(|image| first < image.mips()) {
+                frame.clear_mips("voxel_mips.clear", image, first..image.mips(), [0.0; 4]);
+            }
+        }
+    }
+
+    /// Adds the passes that make the mips from the finest one on.
+    pub(super) fn filter(&self, frame: &mut Frame, filter: Prefilter) {
+        match &self.groups {
+            Some(groups) => {
+                filter_mips(frame, &self.radiance, self.coarser.as_ref(), filter, groups);
+            }
+            None => frame.blit_mips("voxel_mips.blit", &self.radiance),
         }
     }
 
@@ -138,28 +181,34 @@ pub fn radiance_image(
     })
 }
 
-/// Adds `voxel_mips.filter` for the mips of a volume from its finest one on, and for the mips of
-/// `coarser`, which has the six faces of all other levels.
+/// Adds `voxel_mips.filter` for the mips of a volume from its finest one on, or for those of
+/// `coarser`, where that has the six faces of all other levels. Texels out of the listed groups
+/// stay as they are.
 pub fn filter_mips(
     frame: &mut Frame,
     volume: &Arc<Image>,
     coarser: Option<&Arc<Image>>,
     filter: Prefilter,
+    groups: &FilterGroups,
 ) {
     let has_faces = |image: &Image| image.extent(0)[0] > image.extent(0)[1];
-    let mut add = |finer: (&Arc<Image>, u32), mip: (&Arc<Image>, u32)| {
+    let mut add = |level: u32, finer: (&Arc<Image>, u32), mip: (&Arc<Image>, u32)| {
+        let (lists, first_word) = groups.of_mip(level);
         let pass = frame
             .pass(&FILTER)
             .bind_mip("finer", finer.0, finer.1)
-            .bind_mip("coarser", mip.0, mip.1);
+            .bind_mip("coarser", mip.0, mip.1)
+            .bind("groups", lists);
         pass.constant("FILTER", filter as u32)
             .constant("FACES", has_faces(mip.0))
             .constant("FINER_FACES", has_faces(finer.0))
-            .dispatch(mip.0.extent(mip.1).map(|texels| texels.div_ceil(4)));
+            .push(&FilterParams { first_word })
+            .dispatch_indirect(lists, 4 * u64::from(first_word));
     };
-    (1..volume.mips()).for_each(|mip| add((volume, mip - 1), (volume, mip)));
     if let Some(coarser) = coarser {
-        add((volume, 0), (coarser, 0));
-        (1..coarser.mips()).for_each(|mip| add((coarser, mip - 1), (coarser, mip)));
+        add(1, (volume, 0), (coarser, 0));
+        (1..coarser.mips()).for_each(|mip| add(mip + 1, (coarser, mip - 1), (coarser, mip)));
+    } else {
+        (1..volume.mips()).for_each(|mip| add(mip, (volume, mip - 1), (volume, mip)));
     }
 }
