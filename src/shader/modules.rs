@@ -391,6 +391,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/shared/voxel/trace/emitters_by_rays_query.comp.spv"),
     ),
     (
+        "gi/shared/voxel/trace/pack_blocks.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/trace/pack_blocks.comp.spv"),
+    ),
+    (
         "gi/shared/voxel/trace/pack_surfaces.comp",
         include_bytes!("../../spirv/gi/shared/voxel/trace/pack_surfaces.comp.spv"),
     ),
@@ -457,10 +461,6 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     (
         "gi/voxel_cones/clipmap/mark_filled.comp",
         include_bytes!("../../spirv/gi/voxel_cones/clipmap/mark_filled.comp.spv"),
-    ),
-    (
-        "gi/voxel_cones/clipmap/pack_blocks.comp",
-        include_bytes!("../../spirv/gi/voxel_cones/clipmap/pack_blocks.comp.spv"),
     ),
     (
         "gi/voxel_cones/clipmap/patches.comp",

@@ -10,8 +10,8 @@ use crate::support::gather::{
 use crate::support::scenes::bundled;
 use crate::support::technique::{Case, default_cases, default_cases_with, frame, mean, shoot};
 use crate::support::voxels::{
-    Read, coordinates, half, to_half, trace_settings, trace_voxel, unorm10, voxel_settings,
-    voxelize,
+    Read, coordinates, half, ray_blocks, to_half, trace_settings, trace_voxel, unorm10,
+    voxel_settings, voxelize,
 };
 use crate::support::{Random, gpu};
 use glam::{DVec3, Vec3};
@@ -174,7 +174,11 @@ fn light_gathered_by_rays_is_the_oracles() {
         RayTracer::new(RaySettings::new(&settings), rays).bounce(
             &mut frame,
             &VoxelRecords::from(&lit.read.voxels),
-            &mips::space(&lit.read.voxels, &lit.light),
+            &mips::space(
+                &lit.read.voxels,
+                &ray_blocks(&gpu, &lit.read.voxels),
+                &lit.light,
+            ),
             irradiance,
         );
         gpu.submit(frame).unwrap();

@@ -11,7 +11,8 @@ use crate::support::technique::{
     small_room,
 };
 use crate::support::voxels::{
-    Read, coordinates, half, to_half, trace_settings, trace_voxel, voxel_settings, voxelize,
+    Read, coordinates, half, ray_blocks, to_half, trace_settings, trace_voxel, voxel_settings,
+    voxelize,
 };
 use crate::support::{Random, gpu};
 use glam::{DVec2, DVec3, Vec3};
@@ -197,7 +198,7 @@ fn light_from_points_is_the_oracles() {
         RayTracer::new(RaySettings::new(&settings), 0).gather_emitters(
             &mut frame,
             &view.all(&gpu_scene),
-            &space(&read.voxels, &light),
+            &space(&read.voxels, &ray_blocks(&gpu, &read.voxels), &light),
             by_triangles.then_some(&scene_rays),
             &EmitterPoints::new(&gpu, &gpu_scene).unwrap(),
         );
@@ -265,7 +266,7 @@ fn light_from_points_to_voxels_is_the_oracles() {
     RayTracer::new(RaySettings::new(&settings), 3).bounce_emitters(
         &mut frame,
         &VoxelRecords::from(&read.voxels),
-        &space(&read.voxels, &light),
+        &space(&read.voxels, &ray_blocks(&gpu, &read.voxels), &light),
         irradiance,
         &EmitterPoints::new(&gpu, &gpu_scene).unwrap(),
     );

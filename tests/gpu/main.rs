@@ -65,6 +65,7 @@ mod probes_voxels;
 mod properties;
 mod prt;
 mod prt_mirror;
+mod ray_blocks;
 mod ray_spaces;
 mod rays;
 mod rules;

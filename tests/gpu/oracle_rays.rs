@@ -7,7 +7,7 @@ use crate::support::gather::{View, errors};
 use crate::support::scenes::bundled;
 use crate::support::technique::{Surfaces, small_lights, small_room};
 use crate::support::voxels::{
-    Read, coordinates, to_half, trace_settings, trace_voxel, voxel_settings, voxelize,
+    Read, coordinates, ray_blocks, to_half, trace_settings, trace_voxel, voxel_settings, voxelize,
 };
 use crate::support::{Random, gpu};
 use glam::{DVec3, DVec4, Vec3};
@@ -99,7 +99,11 @@ impl RayScene {
         tracer.gather(
             &mut frame,
             &self.view.all(&self.gpu_scene),
-            &space(&self.read.voxels, &self.light),
+            &space(
+                &self.read.voxels,
+                &ray_blocks(gpu, &self.read.voxels),
+                &self.light,
+            ),
             triangles.as_ref(),
         );
         gpu.submit(frame).unwrap();

@@ -2,16 +2,17 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, IVec3};
 use lumivox::gi::Settings;
 use lumivox::gi::shared::voxel::build::passes::Voxel;
 use lumivox::gi::shared::voxel::oracle::{
     Grid, TraceSettings, TraceVoxel, VoxelIndex, candidates, front_of,
 };
+use lumivox::gi::shared::voxel::trace::blocks::RayBlocks;
 use lumivox::gi::shared::voxel::{
-    Accumulation, Method, Surface, VoxelGrid, VoxelSettings, Voxelizer, Voxels,
+    Accumulation, Method, Surface, VoxelBox, VoxelGrid, VoxelSettings, Voxelizer, Voxels,
 };
-use lumivox::graph::Gpu;
+use lumivox::graph::{Frame, Gpu};
 use lumivox::render::GpuScene;
 use lumivox::scene::Scene;
 use rayon::prelude::*;
@@ -54,6 +55,15 @@ pub fn voxelize(gpu: &Gpu, scene: &GpuScene, settings: VoxelSettings) -> Read {
             .unwrap()
             .0,
     )
+}
+
+/// The blocks of a grid as rays read them.
+pub fn ray_blocks(gpu: &Gpu, voxels: &Voxels) -> RayBlocks {
+    let blocks = RayBlocks::new(gpu, voxels.grid.resolution, 1).unwrap();
+    let mut frame = Frame::new();
+    blocks.pack(&mut frame, 0, (voxels, 0), (IVec3::ZERO, VoxelBox::NONE));
+    gpu.submit(frame).unwrap();
+    blocks
 }
 
 /// Reads all of it.

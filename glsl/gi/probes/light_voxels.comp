@@ -7,10 +7,10 @@ layout(local_size_x = 64) in;
 #define SPACE_BINDING 0
 #define SPACE_CONSTANT 0
 
-layout(set = 1, binding = 4) uniform texture2D ray_set;
-layout(set = 1, binding = 5) uniform utexture2D ray_hits;
-layout(set = 1, binding = 6, rgba32f) uniform restrict writeonly image2D ray_light;
-#define LIST_BINDING 7
+layout(set = 1, binding = 3) uniform texture2D ray_set;
+layout(set = 1, binding = 4) uniform utexture2D ray_hits;
+layout(set = 1, binding = 5, rgba32f) uniform restrict writeonly image2D ray_light;
+#define LIST_BINDING 6
 #include "gi/probes/list.glsl"
 
 layout(push_constant) uniform VoxelRayParams {

@@ -7,7 +7,7 @@ layout(local_size_x = 64) in;
 #ifdef VOXELS
 #define SPACE_BINDING 0
 #define SPACE_CONSTANT 0
-#define FIRST_BINDING 4
+#define FIRST_BINDING 3
 #define KEEPS_CONSTANT 1
 #elif defined RASTER
 #define RASTER_BINDING 0

@@ -10,11 +10,11 @@ layout(local_size_x = 64) in;
 layout(constant_id = 1) const uint KEEPS = 0;   // 1: what rays have met stays where nothing moved
 
 // w: 1 where the probe stands elsewhere than when its rays were traced
-layout(std430, set = 1, binding = 4) restrict readonly buffer ProbePlaces { vec4 probe_places[]; };
-layout(set = 1, binding = 5) uniform texture2D ray_set;
+layout(std430, set = 1, binding = 3) restrict readonly buffer ProbePlaces { vec4 probe_places[]; };
+layout(set = 1, binding = 4) uniform texture2D ray_set;
 // as gi/probes/hit_surface.glsl packs it, but for a voxel's number in place of the triangle's
-layout(set = 1, binding = 6, rgba32ui) uniform restrict uimage2D ray_hits;
-#define LIST_BINDING 7
+layout(set = 1, binding = 5, rgba32ui) uniform restrict uimage2D ray_hits;
+#define LIST_BINDING 6
 #include "gi/probes/list.glsl"
 
 layout(push_constant) uniform VoxelTraceParams {

@@ -57,7 +57,7 @@ gpu_struct! {
 pub static TRACE_VOXELS: Pass = Pass {
     name: "probes.trace_voxels",
     shaders: Shaders::Compute("gi/probes/trace_voxels.comp"),
-    bindings: &join::<_, 4, 4, 8>(
+    bindings: &join::<_, 3, 4, 7>(
         CACHE_BINDINGS,
         [
             Binding::buffer("probe_places", Access::ComputeRead),
@@ -76,7 +76,7 @@ pub static TRACE_VOXELS: Pass = Pass {
 pub static MOMENTS_VOXELS: Pass = Pass {
     name: "probes.moments_voxels",
     shaders: Shaders::Compute("gi/probes/moments_voxels.comp"),
-    bindings: &join::<_, 4, 3, 7>(
+    bindings: &join::<_, 3, 3, 6>(
         CACHE_BINDINGS,
         [
             Binding::buffer("probe_places", Access::ComputeRead),
@@ -94,7 +94,7 @@ pub static MOMENTS_VOXELS: Pass = Pass {
 pub static LIGHT_VOXELS: Pass = Pass {
     name: "probes.light_voxels",
     shaders: Shaders::Compute("gi/probes/light_voxels.comp"),
-    bindings: &join::<_, 4, 4, 8>(
+    bindings: &join::<_, 3, 4, 7>(
         CACHE_BINDINGS,
         [
             Binding::sampled("ray_set", Access::ComputeSampled),

@@ -55,7 +55,7 @@ pub static GATHER: Pass = Pass {
 /// As [`GATHER`], with the light of voxels at the last place of a path.
 pub static GATHER_CACHED: Pass = Pass {
     shaders: Shaders::Compute("gi/ray_traced/gather_cached.comp"),
-    bindings: &join::<_, 12, 4, 16>(GATHER_BINDINGS, CACHE_BINDINGS),
+    bindings: &join::<_, 12, 3, 15>(GATHER_BINDINGS, CACHE_BINDINGS),
     constants: CACHED_CONSTANTS,
     ..GATHER
 };
@@ -74,7 +74,7 @@ pub static MIRROR: Pass = Pass {
 /// As [`MIRROR`], with the light of voxels at the last place of a path.
 pub static MIRROR_CACHED: Pass = Pass {
     shaders: Shaders::Compute("gi/ray_traced/mirror_cached.comp"),
-    bindings: &join::<_, 13, 4, 17>(MIRRORED, CACHE_BINDINGS),
+    bindings: &join::<_, 13, 3, 16>(MIRRORED, CACHE_BINDINGS),
     constants: CACHED_CONSTANTS,
     ..MIRROR
 };

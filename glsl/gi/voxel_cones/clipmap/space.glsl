@@ -4,15 +4,13 @@ layout(constant_id = SPACE_CONSTANT) const uint SIDES = 1;   // radiances of a v
 layout(constant_id = SPACE_CONSTANT + 1) const int N = 128;   // voxels along an edge of a level
 layout(constant_id = SPACE_CONSTANT + 2) const int LEVELS = 5;
 
-#include "gi/shared/voxel/grid.glsl"
+#include "shared/frame.glsl"
+#include "gi/shared/voxel/trace/blocks.glsl"
 
 // Two rows a level, of which the first begins with its smallest corner [finest voxels].
 layout(std430, set = 1, binding = SPACE_BINDING) restrict readonly buffer Levels { vec4 levels[]; };
-// three words a block, those of a level after those of the finer one: occupancy of its voxels,
-// number of the first
-layout(std430, set = 1, binding = SPACE_BINDING + 1) restrict readonly buffer Blocks {
-    uint blocks[];
-};
+// gi/shared/voxel/trace/blocks.glsl; those of a level after those of the finer one
+layout(set = 1, binding = SPACE_BINDING + 1) uniform utexture3D blocks;
 layout(std430, set = 1, binding = SPACE_BINDING + 2) restrict readonly buffer Surfaces {
     uint surfaces[];
 };
@@ -39,14 +37,10 @@ int level_of(ivec3 place, out ivec3 voxel) {
 SpaceCell cell_around(ivec3 place) {
     ivec3 voxel;
     int level = level_of(place, voxel);
-    uint level_blocks = uint(N >> 2) * uint(N >> 2) * uint(N >> 2);
-    uint at = 3u * (uint(level) * level_blocks + block_index(uvec3(voxel), uint(N)));
-    uvec2 words = uvec2(blocks[at], blocks[at + 1u]);
-    uint bit = block_bit(uvec3(voxel));
-    bool is_empty = (words.x | words.y) == 0u;
-    int slot = -1;
-    if (block_has(words, bit)) slot = int(blocks[at + 2u] + set_bits_below(words, bit));
-    return SpaceCell((is_empty ? 4 : 1) << level, slot);
+    ivec3 at = (voxel >> 2) + ivec3(0, 0, level * (N >> 2));
+    SpaceCell cell = cell_of_block(
+        texelFetch(usampler3D(blocks, nearest_clamp), at, 0).xyz, block_bit(uvec3(voxel)));
+    return SpaceCell(cell.edge << level, cell.slot);
 }
 
 float voxel_edge(vec3 position) {

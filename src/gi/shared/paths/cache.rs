@@ -10,9 +10,8 @@ use crate::render::GpuScene;
 use crate::render::bvh::SceneRays;
 
 /// What a pass binds, after all else, whose paths read a cache (`gi/shared/paths/cache.glsl`).
-pub const CACHE_BINDINGS: [Binding; 4] = [
-    Binding::buffer("occupancy", Access::ComputeRead),
-    Binding::buffer("block_bases", Access::ComputeRead),
+pub const CACHE_BINDINGS: [Binding; 3] = [
+    Binding::sampled("blocks", Access::ComputeSampled),
     Binding::buffer("voxel_records", Access::ComputeRead),
     Binding::buffer("voxel_radiance", Access::ComputeRead),
 ];
@@ -48,7 +47,7 @@ impl Cache {
         };
         let settings = VoxelSettings::exact(resolution);
         Ok(Cache {
-            grid: LitGrid::new(gpu, scene, settings, light)?,
+            grid: LitGrid::new(gpu, scene, settings, light, true)?,
         })
     }
 
@@ -66,10 +65,10 @@ impl Cache {
 
     /// Binds what paths read of it.
     pub fn bind<'f>(&self, pass: PassBuilder<'f>) -> PassBuilder<'f> {
-        let Some((voxels, light)) = &self.grid.lit else {
+        let (Some((voxels, light)), Some(blocks)) = (&self.grid.lit, &self.grid.blocks) else {
             return pass;
         };
-        lit_grid::bound(voxels, light)
+        lit_grid::bound(voxels, blocks, light)
             .into_iter()
             .fold(pass, |pass, (name, bound)| pass.bind(name, bound))
             .constant("SIDES", light.settings.sides as u32)

@@ -1,9 +1,13 @@
 //! A dense grid of voxels around the scene, and their light.
 
+use glam::IVec3;
+
+use super::trace::blocks::RayBlocks;
 use super::{
-    Accumulation, DynamicVoxels, LightSettings, VoxelLight, VoxelSettings, Voxelizer, Voxels,
+    Accumulation, DynamicVoxels, LightSettings, VoxelBox, VoxelLight, VoxelSettings, Voxelizer,
+    Voxels,
 };
-use crate::graph::{Bound, Error, FrameStats, Gpu};
+use crate::graph::{Bound, Error, Frame, FrameStats, Gpu};
 use crate::render::GpuScene;
 
 /// Voxelizes the scene into one grid, keeps the voxels and their light, and follows models.
@@ -14,29 +18,45 @@ pub struct LitGrid {
     voxelizer: Voxelizer,
     /// The voxels and their light, after the first [`LitGrid::build`].
     pub lit: Option<(Voxels, VoxelLight)>,
+    /// What rays read of them; absent where none do.
+    pub blocks: Option<RayBlocks>,
     /// What moves among them; only in a scene with dynamic models.
     pub dynamic: Option<DynamicVoxels>,
 }
 
 /// What `gi/shared/voxel/trace/lit_grid.glsl` reads of a grid, by name.
-pub fn bound<'v>(voxels: &'v Voxels, light: &'v VoxelLight) -> [(&'static str, Bound<'v>); 4] {
+pub fn bound<'v>(
+    voxels: &'v Voxels,
+    blocks: &'v RayBlocks,
+    light: &'v VoxelLight,
+) -> [(&'static str, Bound<'v>); 3] {
     [
-        ("occupancy", Bound::Buffer(&voxels.occupancy)),
-        ("block_bases", Bound::Buffer(&voxels.block_bases)),
+        ("blocks", Bound::Image(blocks.image())),
         ("voxel_records", Bound::Buffer(&voxels.records)),
         ("voxel_radiance", Bound::Buffer(&light.radiance)),
     ]
 }
 
+fn pack(gpu: &Gpu, blocks: Option<&RayBlocks>, voxels: &Voxels) -> Result<FrameStats, Error> {
+    let mut frame = Frame::new();
+    if let Some(blocks) = blocks {
+        blocks.pack(&mut frame, 0, (voxels, 0), (IVec3::ZERO, VoxelBox::NONE));
+    }
+    gpu.submit(frame)
+}
+
 impl LitGrid {
-    /// Nothing is built yet.
+    /// Nothing is built yet. `has_rays`: rays go through it.
     pub fn new(
         gpu: &Gpu,
         scene: &GpuScene,
         settings: VoxelSettings,
         light_settings: LightSettings,
+        has_rays: bool,
     ) -> Result<Self, Error> {
+        let blocks = has_rays.then(|| RayBlocks::new(gpu, settings.resolution, 1));
         Ok(LitGrid {
+            blocks: blocks.transpose()?,
             light_settings,
             is_exact: settings.accumulation == Accumulation::Exact,
             voxelizer: Voxelizer::new(gpu, scene, settings)?,
@@ -61,7 +81,7 @@ impl LitGrid {
     pub fn build(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<FrameStats, Error> {
         // The old voxels go first, so that rebuilding needs no more memory than building.
         (self.lit, self.dynamic) = (None, None);
-        let (voxels, stats) = if scene.dynamic.is_some() && self.is_exact {
+        let (voxels, mut stats) = if scene.dynamic.is_some() && self.is_exact {
             let (voxels, dynamic, stats) = self.voxelizer.run_dynamic(gpu, scene)?;
             self.dynamic = Some(dynamic);
             (voxels, stats)
@@ -69,6 +89,7 @@ impl LitGrid {
             self.voxelizer.run(gpu, scene)?
         };
         let light = VoxelLight::new(gpu, scene, &voxels, self.light_settings)?;
+        stats.append(pack(gpu, self.blocks.as_ref(), &voxels)?);
         self.lit = Some((voxels, light));
         Ok(stats)
     }
@@ -79,7 +100,8 @@ impl LitGrid {
         let (Some(dynamic), Some((voxels, light))) = (&mut self.dynamic, &mut self.lit) else {
             return self.build(gpu, scene);
         };
-        let stats = dynamic.update(gpu, scene, &mut self.voxelizer, voxels)?;
+        let mut stats = dynamic.update(gpu, scene, &mut self.voxelizer, voxels)?;
+        stats.append(pack(gpu, self.blocks.as_ref(), voxels)?);
         light.follow(gpu, scene, voxels, dynamic.slots(voxels).start)?;
         Ok(stats)
     }

@@ -204,6 +204,7 @@ pub static PASSES: &[&Pass] = &[
     &LIGHT_DENSE,
     &LIGHT_BY_RAYS,
     &LIGHT_BY_RAYS_DENSE,
+    &trace::blocks::PACK_BLOCKS,
     &trace::surfaces::PACK_SURFACES,
 ];
 
@@ -229,6 +230,7 @@ pub static VOXELIZATION: Stage = Stage::store(
         "voxel.shift_blocks",
         "voxel.empty_blocks",
         "voxel.move_records",
+        "voxel.pack_blocks",
         "voxel.pack_surfaces",
     ],
 );

@@ -4,7 +4,7 @@ use super::super::entry::{
     GATHER, HIERARCHY, RAYS_TO_EMITTERS, SPECULAR, SUBSTITUTIONS, directions, entry, lends,
 };
 use super::super::{VoxelCones, presets};
-use super::{CONES, Clipmap, RAYS, filled, space, volume};
+use super::{CONES, Clipmap, RAYS, filled, volume};
 use crate::gi::entry::{Entry, Stage};
 use crate::gi::settings::{Domain, Preset, Setting, Settings};
 use crate::gi::shared::cone;
@@ -66,7 +66,6 @@ pub(super) static PASSES: &[&Pass] = &[
     &volume::CLEAR_BOX,
     &volume::FILTER_INNER,
     &volume::FILTER_TOP,
-    &space::PACK_BLOCKS,
 ];
 
 /// The row of the registry.
@@ -93,14 +92,14 @@ pub static ENTRY: Entry = Entry {
         &HIERARCHY,
         &voxel::VOXELIZATION,
         &Stage::store("clearing", &["clipmap.clear", "clipmap.clear_box"]),
+        &Stage::store(
+            "empty space",
+            &["clipmap.mark_filled", "clipmap.spread_filled"],
+        ),
         &voxel::LIGHT_INJECTION,
         &Stage::store(
             "leaf writing",
-            &[
-                "clipmap.write_voxels",
-                "clipmap.pack_blocks",
-                "clipmap.merge_radiance",
-            ],
+            &["clipmap.write_voxels", "clipmap.merge_radiance"],
         ),
         &Stage::store(
             "mip filtering",

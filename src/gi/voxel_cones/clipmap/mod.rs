@@ -49,7 +49,7 @@ pub static RAYS: SpacePasses = space_passes!(
     ["SIDES", "N", "LEVELS"],
     [
         read("levels"),
-        read("blocks"),
+        Binding::sampled("blocks", Access::ComputeSampled),
         read("surfaces"),
         read("voxel_radiance")
     ]

@@ -6,35 +6,10 @@ use super::RAYS;
 use super::layout::{Layout, Place};
 use super::update::Level;
 use crate::gi::shared::voxel::build::buffer;
+use crate::gi::shared::voxel::trace::blocks::RayBlocks;
 use crate::gi::shared::voxel::trace::surfaces::{SURFACE_BYTES, pack_surfaces};
-use crate::gi::shared::voxel::{LightSettings, Space};
-use crate::gpu_struct;
-use crate::graph::compute::{linear_groups, read, write};
-use crate::graph::{Bound, Buffer, Error, Frame, FrameStats, Gpu, Pass};
-use crate::shader::GpuStruct;
-
-gpu_struct! {
-    /// Parameters of `clipmap.pack_blocks`.
-    pub struct PackBlocksParams {
-        /// Blocks of a level.
-        pub block_count: u32,
-        /// Blocks of all finer levels.
-        pub first_block: u32,
-        /// Number of the level's first voxel among those of all levels.
-        pub first_voxel: u32,
-    }
-}
-
-/// Occupancy of a level's blocks, and the number of each block's first voxel. A thread a block.
-pub static PACK_BLOCKS: Pass = Pass::compute(
-    "clipmap.pack_blocks",
-    "gi/voxel_cones/clipmap/pack_blocks.comp",
-    &[read("occupancy"), read("block_bases"), write("blocks")],
-    PackBlocksParams::LAYOUT,
-);
-
-/// Bytes of a block: its occupancy, and the number of its first voxel.
-const BLOCK_BYTES: u64 = 12;
+use crate::gi::shared::voxel::{LightSettings, Space, VoxelBox};
+use crate::graph::{Bound, Buffer, Error, Frame, FrameStats, Gpu};
 
 /// The voxels of all levels. Each level has room for as many as its window has.
 pub(super) struct ClipmapSpace {
@@ -42,7 +17,7 @@ pub(super) struct ClipmapSpace {
     settings: LightSettings,
     /// A row a level, as the volume has them.
     rows: Arc<Buffer>,
-    blocks: Arc<Buffer>,
+    blocks: RayBlocks,
     surfaces: Arc<Buffer>,
     radiance: Arc<Buffer>,
     /// Voxels that there is room for, a level each.
@@ -53,12 +28,11 @@ impl ClipmapSpace {
     /// Empty, and without room for voxels.
     pub(super) fn new(gpu: &Gpu, layout: Layout, settings: LightSettings) -> Result<Self, Error> {
         let levels = u64::from(layout.levels);
-        let blocks = levels * u64::from(layout.resolution / 4).pow(3);
         Ok(ClipmapSpace {
             layout,
             settings,
             rows: buffer(gpu, "clipmap.ray_rows", 32 * levels)?,
-            blocks: buffer(gpu, "clipmap.blocks", BLOCK_BYTES * blocks)?,
+            blocks: RayBlocks::new(gpu, layout.resolution, layout.levels)?,
             surfaces: buffer(gpu, "clipmap.surfaces", 0)?,
             radiance: buffer(gpu, "clipmap.radiance", 0)?,
             capacities: Vec::new(),
@@ -87,26 +61,31 @@ impl ClipmapSpace {
             self.radiance = buffer(gpu, "clipmap.radiance", bytes)?;
             self.capacities = capacities;
         }
-        let block_count = (self.layout.resolution / 4).pow(3);
         let mut frame = Frame::new();
         for (index, level) in levels.iter().enumerate() {
-            if !grows && level.new.is_empty() {
-                continue;
-            }
             let (voxels, first_voxel) = (&level.window.voxels, self.first_voxel(index));
-            frame
-                .pass(&PACK_BLOCKS)
-                .bind("occupancy", &voxels.occupancy)
-                .bind("block_bases", &voxels.block_bases)
-                .bind("blocks", &self.blocks)
-                .push(&PackBlocksParams {
-                    block_count,
-                    first_block: block_count * index as u32,
-                    first_voxel,
-                })
-                .dispatch(linear_groups(block_count));
-            let records = (&voxels.records, voxels.voxel_count);
-            pack_surfaces(&mut frame, records, &self.surfaces, first_voxel);
+            let finer = index.checked_sub(1).map(|finer| &levels[finer]);
+            let is_new = grows || !level.new.is_empty();
+            // Empty cubes lie where places begin, which is where the outermost level does.
+            let around = [finer, levels.last()].into_iter().flatten();
+            if is_new || around.into_iter().any(|level| !level.new.is_empty()) {
+                let hidden = finer.map_or(VoxelBox::NONE, |finer| {
+                    let extent = self.layout.extent(finer.place.first);
+                    let first = level.place.first;
+                    VoxelBox {
+                        low: extent.low - first,
+                        end: extent.end - first,
+                    }
+                });
+                let outermost = places[places.len() - 1].first << (levels.len() - 1 - index) as i32;
+                let place = (level.place.first - outermost, hidden);
+                let own = (voxels, first_voxel);
+                self.blocks.pack(&mut frame, index as u32, own, place);
+            }
+            if is_new {
+                let records = (&voxels.records, voxels.voxel_count);
+                pack_surfaces(&mut frame, records, &self.surfaces, first_voxel);
+            }
         }
         let outermost = places[places.len() - 1].first;
         let rows: Vec<_> = (0u32..)
@@ -143,7 +122,7 @@ impl ClipmapSpace {
             grid,
             bound: vec![
                 ("levels", Bound::Buffer(&self.rows)),
-                ("blocks", Bound::Buffer(&self.blocks)),
+                ("blocks", Bound::Image(self.blocks.image())),
                 ("surfaces", Bound::Buffer(&self.surfaces)),
                 ("voxel_radiance", Bound::Buffer(&self.radiance)),
             ],

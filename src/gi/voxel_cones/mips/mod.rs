@@ -19,6 +19,7 @@ use super::{Gatherer, Parts, Relit, VoxelStore};
 use crate::gi::Context;
 use crate::gi::settings::Settings;
 use crate::gi::shared::cone::{Volume, VoxelVolume};
+use crate::gi::shared::voxel::trace::blocks::RayBlocks;
 use crate::gi::shared::voxel::trace::space::space_passes;
 use crate::gi::shared::voxel::{
     Directionality, LightInputs, LightSettings, LitGrid, LitVoxels, Prefilter, Sides, Space,
@@ -57,19 +58,18 @@ pub static RAYS: SpacePasses = space_passes!(
     "gi/voxel_cones/mips",
     ["SIDES"],
     [
-        read("occupancy"),
-        read("block_bases"),
+        Binding::sampled("blocks", Access::ComputeSampled),
         read("voxel_records"),
         read("voxel_radiance")
     ]
 );
 
 /// The space of a dense grid of voxels with their light.
-pub fn space<'v>(voxels: &'v Voxels, light: &'v VoxelLight) -> Space<'v> {
+pub fn space<'v>(voxels: &'v Voxels, blocks: &'v RayBlocks, light: &'v VoxelLight) -> Space<'v> {
     Space {
         passes: &RAYS,
         grid: voxels.grid,
-        bound: lit_grid::bound(voxels, light).to_vec(),
+        bound: lit_grid::bound(voxels, blocks, light).to_vec(),
         constants: Vec::new(),
         sides: light.settings.sides,
         // A line crosses at most 3 n voxels of an n³ grid.
@@ -127,13 +127,14 @@ impl VoxelStore for Mips {
         let blits = directionality == Directionality::Isotropic
             && filter == Prefilter::Box
             && settings.is("mip_method", "blit");
+        let has_rays = parts.gatherer.rays.is_some();
         Ok(Mips {
             filter,
             volume: has_volume
                 .then(|| DenseVolume::new(gpu, resolution, directionality, [skips_empty, blits]))
                 .transpose()?,
-            has_cones: parts.gatherer.rays.is_none(),
-            grid: LitGrid::new(gpu, scene, voxel_settings, light_settings)?,
+            has_cones: !has_rays,
+            grid: LitGrid::new(gpu, scene, voxel_settings, light_settings, has_rays)?,
         })
     }
 
@@ -219,8 +220,8 @@ impl VoxelStore for Mips {
     }
 
     fn space(&self) -> Option<Space<'_>> {
-        let (voxels, light) = self.grid.lit.as_ref().filter(|_| !self.has_cones)?;
-        Some(space(voxels, light))
+        let (voxels, light) = self.grid.lit.as_ref()?;
+        Some(space(voxels, self.grid.blocks.as_ref()?, light))
     }
 
     fn volumes(&self) -> Vec<VoxelVolume<'_>> {

@@ -1,6 +1,7 @@
 //! Gathering by exact rays: through the voxels of a store, or against the scene's triangles, where
 //! voxels are a cache of light.
 
+pub mod blocks;
 pub mod emitters;
 mod settings;
 pub mod space;
