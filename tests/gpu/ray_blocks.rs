@@ -1,12 +1,15 @@
 //! Blocks as rays read them, against what the occupancy says.
 
 use crate::support::scenes::{scene_of, soup};
+use crate::support::technique::{Surfaces, small_lights, small_room};
 use crate::support::voxels::{Read, voxel_settings, voxelize};
+use crate::support::walker::Walker;
 use crate::support::{Random, gpu};
-use glam::IVec3;
+use glam::{IVec3, Vec3};
 use lumivox::gi::shared::voxel::trace::blocks::RayBlocks;
 use lumivox::gi::shared::voxel::{Method, VoxelBox};
-use lumivox::graph::Frame;
+use lumivox::gi::voxel_cones::clipmap;
+use lumivox::graph::{Bound, Frame};
 use lumivox::render::GpuScene;
 
 /// A block's place in the grid, and its words of occupancy; None outside.
@@ -84,5 +87,84 @@ fn blocks_tell_how_large_empty_space_is() {
             }
             println!("{resolution}³, {place:?}: {found:?} empty by edge, and filled");
         }
+    }
+}
+
+/// Wherever the levels of a clipmap are: the cube that a ray crosses in one step, which begins at a
+/// multiple of its edge from where all places are counted from, holds no voxel of the level and
+/// nothing of the next finer one.
+#[test]
+fn cubes_of_levels_are_empty_wherever_those_are() {
+    let gpu = gpu();
+    let scene = small_room(Surfaces::Diffuse, vec![small_lights()[0].1]);
+    for pairs in [
+        &["resolution=64", "levels=3"][..],
+        &["resolution=32", "levels=4", "level_updates=staggered"],
+    ] {
+        let settings = clipmap::ENTRY.settings(Some("accurate"), pairs).unwrap();
+        let (mut random, mut large) = (Random::new(31), 0);
+        let mut eye = Vec3::new(0.0, 1.0, 0.0);
+        let mut walker = Walker::new(&gpu, &scene, &clipmap::ENTRY, &settings, eye);
+        for step in 0..8 {
+            walker.texels(eye);
+            let space = walker.technique.space().unwrap();
+            let [(_, Bound::Buffer(rows)), (_, Bound::Image(blocks)), ..] = space.bound[..] else {
+                panic!("a clipmap's space begins otherwise")
+            };
+            let rows: Vec<[f32; 8]> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(rows).unwrap());
+            let words: Vec<[u32; 4]> =
+                bytemuck::pod_collect_to_vec(&gpu.read_image(blocks, 0, 0).unwrap());
+            let along = blocks.extent(0)[0] as i32;
+            // In blocks of the level.
+            let corner = |level: usize| {
+                IVec3::from([0, 1, 2].map(|axis| rows[level][axis] as i32)) >> (level as i32 + 2)
+            };
+            for level in 0..(blocks.extent(0)[2] as i32 / along) as usize {
+                let first = corner(level);
+                for index in 0..along.pow(3) {
+                    let block = IVec3::new(
+                        index % along,
+                        index / along % along,
+                        index / (along * along),
+                    );
+                    let word = |at: IVec3| {
+                        let layer = level as i32 * along + at.z;
+                        words[(at.x + along * (at.y + along * layer)) as usize]
+                    };
+                    let [a, b, edge, _] = word(block);
+                    if (a, b) != (0, 0) || edge == 4 {
+                        continue;
+                    }
+                    large += 1;
+                    let edge = edge as i32 / 4;
+                    let low = (first + block).div_euclid(IVec3::splat(edge)) * edge - first;
+                    for index in 0..edge.pow(3) {
+                        let at = low
+                            + IVec3::new(index % edge, index / edge % edge, index / (edge * edge));
+                        let is_inside =
+                            at.cmpge(IVec3::ZERO).all() && at.cmplt(IVec3::splat(along)).all();
+                        assert!(
+                            is_inside && word(at)[..2] == [0, 0],
+                            "{pairs:?}, step {step}: block {block} of level {level}"
+                        );
+                        // The next finer level begins at half a block.
+                        let finer = level
+                            .checked_sub(1)
+                            .map(|finer| VoxelBox::cube(corner(finer), along as u32));
+                        assert!(
+                            finer.is_none_or(|finer| finer
+                                .cut(VoxelBox::cube(2 * (first + at), 2))
+                                .is_empty()),
+                            "{pairs:?}, step {step}: block {block} of level {level}"
+                        );
+                    }
+                }
+            }
+            let reach = if step % 3 == 2 { 3.0 } else { 0.8 };
+            eye = (eye + reach * (Vec3::new(random.unit(), random.unit(), random.unit()) - 0.5))
+                .clamp(Vec3::new(-1.5, -0.5, -1.5), Vec3::new(1.5, 2.5, 1.5));
+        }
+        println!("{pairs:?}: {large} blocks in larger cubes");
+        assert!(large > 1000, "{pairs:?}: {large}");
     }
 }

@@ -7,6 +7,7 @@ use glam::Vec3;
 use lumivox::gi::entry::Entry;
 use lumivox::gi::registry;
 use lumivox::gi::shared::cone::{Volume, VoxelVolume};
+use lumivox::gi::shared::voxel::Space;
 use lumivox::gi::voxel_cones::clipmap::Clipmap;
 use lumivox::gi::voxel_cones::mips::Mips;
 use lumivox::gi::voxel_cones::svo::Svo;
@@ -23,11 +24,17 @@ const SIZE: [u32; 2] = [8, 8];
 pub trait WithVolumes: Technique {
     /// The volumes that it keeps, the light first.
     fn volumes(&self) -> Vec<VoxelVolume<'_>>;
+    /// What rays go through.
+    fn space(&self) -> Option<Space<'_>>;
 }
 
 impl<S: VoxelStore> WithVolumes for VoxelCones<S> {
     fn volumes(&self) -> Vec<VoxelVolume<'_>> {
         self.store.volumes()
+    }
+
+    fn space(&self) -> Option<Space<'_>> {
+        self.store.space()
     }
 }
 
