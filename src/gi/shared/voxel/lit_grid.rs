@@ -15,6 +15,8 @@ pub struct LitGrid {
     light_settings: LightSettings,
     /// Fragments can be added to a voxel and taken away again.
     is_exact: bool,
+    /// Rays go through it.
+    has_rays: bool,
     voxelizer: Voxelizer,
     /// The voxels and their light, after the first [`LitGrid::build`].
     pub lit: Option<(Voxels, VoxelLight)>,
@@ -54,9 +56,9 @@ impl LitGrid {
         light_settings: LightSettings,
         has_rays: bool,
     ) -> Result<Self, Error> {
-        let blocks = has_rays.then(|| RayBlocks::new(gpu, settings.resolution, 1));
         Ok(LitGrid {
-            blocks: blocks.transpose()?,
+            has_rays,
+            blocks: None,
             light_settings,
             is_exact: settings.accumulation == Accumulation::Exact,
             voxelizer: Voxelizer::new(gpu, scene, settings)?,
@@ -80,7 +82,7 @@ impl LitGrid {
     /// Voxelizes the scene with its models where they are, and makes room for the light.
     pub fn build(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<FrameStats, Error> {
         // The old voxels go first, so that rebuilding needs no more memory than building.
-        (self.lit, self.dynamic) = (None, None);
+        (self.lit, self.blocks, self.dynamic) = (None, None, None);
         let (voxels, mut stats) = if scene.dynamic.is_some() && self.is_exact {
             let (voxels, dynamic, stats) = self.voxelizer.run_dynamic(gpu, scene)?;
             self.dynamic = Some(dynamic);
@@ -89,6 +91,8 @@ impl LitGrid {
             self.voxelizer.run(gpu, scene)?
         };
         let light = VoxelLight::new(gpu, scene, &voxels, self.light_settings)?;
+        let blocks = (self.has_rays).then(|| RayBlocks::new(gpu, voxels.grid.resolution, 1));
+        self.blocks = blocks.transpose()?;
         stats.append(pack(gpu, self.blocks.as_ref(), &voxels)?);
         self.lit = Some((voxels, light));
         Ok(stats)
