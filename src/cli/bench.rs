@@ -36,7 +36,7 @@ use super::write::{chart_stem, check_output, check_output_folder, make_folder, s
 \x20 lumivox bench bundled:cornell --technique svo --preset accurate,textbook -o out\n\
 \x20 lumivox bench --merge out -o tables")]
 pub(crate) struct Args {
-    /// `bundled:NAME`, or the path of a .toml or .obj file.
+    /// `bundled:NAME`, or the path of a .toml, .obj, .gltf or .glb file.
     #[arg(required_unless_present = "merge")]
     scene: Vec<OsString>,
     /// Techniques; `lumivox techniques` lists them.

@@ -29,7 +29,7 @@ use super::write::{chart_stem, check_output_folder, make_folder, stems, write_te
 \x20 lumivox chart bundled:cornell -o out\n\
 \x20 lumivox chart room.toml --grid grid.toml --size 320x240 -o out")]
 pub(crate) struct Args {
-    /// `bundled:NAME`, or the path of a .toml or .obj file.
+    /// `bundled:NAME`, or the path of a .toml, .obj, .gltf or .glb file.
     #[arg(required_unless_present_any = ["merge", "list"])]
     scene: Vec<OsString>,
     /// Which techniques with which settings (docs/chart.md) [default: a grid of all techniques].

@@ -55,8 +55,8 @@ pub(super) fn parse_up(text: &str) -> Result<Up, String> {
 #[derive(clap::Args)]
 #[command(next_help_heading = "Scene")]
 pub(super) struct SceneArgs {
-    /// `bundled:NAME`, or the path of a .toml or .obj file. An .obj alone gets a camera, a light
-    /// and, as a .png, an exposure.
+    /// `bundled:NAME`, or the path of a .toml, .obj, .gltf or .glb file. A model alone gets a
+    /// camera, a light and, as a .png, an exposure.
     scene: OsString,
     #[command(flatten)]
     load: LoadArgs,

@@ -33,8 +33,8 @@ const DECADES: f64 = 4.0;
  --each -o cell\n\
 \x20 lumivox lpv bundled:cornell --propagator ordinates --iterations 64 -o cornell")]
 pub(crate) struct Args {
-    /// `bundled:NAME`, or the path of a .toml or .obj file: what its lights make of its surfaces is
-    /// injected, and its surfaces are opaque faces.
+    /// `bundled:NAME`, or the path of a .toml, .obj, .gltf or .glb file: what its lights make of
+    /// its surfaces is injected, and its surfaces are opaque faces.
     #[arg(required_unless_present = "injector", conflicts_with = "injector")]
     scene: Option<OsString>,
     /// Light in an empty cube of cells of 1 m, where there is no scene: wall, cell, or the path of

@@ -31,7 +31,7 @@ pub(super) struct PictureArgs {
     /// the number of the frame, from 0 on, and each frame is written.
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: PathBuf,
-    /// Factor applied before the clamp of a .png [default: 1; of an .obj alone, one at which its
+    /// Factor applied before the clamp of a .png [default: 1; of a model alone, one at which its
     /// picture can be judged].
     #[arg(long, value_name = "X")]
     exposure: Option<f32>,

@@ -17,7 +17,7 @@ use super::write::check_output_folder;
 \x20 lumivox scene bundled:two-rooms --set door=0.5 -o two-rooms\n\
 \x20 lumivox scene bundled:atrium --with 'environment.clear_sky = {}' -o outdoors")]
 pub(crate) struct Args {
-    /// A bundled scene's name, or the path of a .toml or .obj file.
+    /// A bundled scene's name, or the path of a .toml, .obj, .gltf or .glb file.
     #[arg(required_unless_present = "list")]
     scene: Option<OsString>,
     /// List the bundled scenes with their parameters.

@@ -34,8 +34,8 @@ use super::write::{check_output_folder, make_folder, stems, write_text};
 \x20 lumivox stress --list\n\
 \x20 lumivox stress thin_walls --quick -o out")]
 pub(crate) struct Args {
-    /// `bundled:NAME`, or the path of a .toml or .obj file, for the failure modes that take any
-    /// scene [default: the suite's own, and all failure modes].
+    /// `bundled:NAME`, or the path of a .toml, .obj, .gltf or .glb file, for the failure modes that
+    /// take any scene [default: the suite's own, and all failure modes].
     scene: Vec<OsString>,
     /// Failure modes [default: all].
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]

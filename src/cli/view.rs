@@ -18,7 +18,7 @@ use super::frame::FrameArgs;
 #[command(after_help = "Example:\n\
 \x20 lumivox view bundled:atrium")]
 pub(crate) struct Args {
-    /// `bundled:NAME`, or the path of a .toml or .obj file.
+    /// `bundled:NAME`, or the path of a .toml, .obj, .gltf or .glb file.
     #[arg(default_value = "bundled:cornell")]
     scene: OsString,
     /// Technique; `lumivox techniques` lists them.

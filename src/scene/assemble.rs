@@ -8,7 +8,7 @@ use std::path::Path;
 
 use glam::{DVec3, Vec3};
 
-use super::{Keyframe, Material, Model, Motion, Scene, SceneError, Triangle, Vertex};
+use super::{Keyframe, Material, Model, Motion, Scene, SceneError, Triangle, Vertex, union};
 
 /// The geometry of one model; `triangles` index its own `vertices` and `materials`, materials index
 /// textures that all parts share.
@@ -29,6 +29,16 @@ pub(super) struct Part {
 }
 
 impl Part {
+    /// The longest side of its bounds \[m\].
+    pub(super) fn extent_m(&self) -> f32 {
+        let positions = self
+            .vertices
+            .iter()
+            .map(|vertex| Vec3::from(vertex.position));
+        let bounds = positions.map(|position| (position, position)).reduce(union);
+        bounds.map_or(0.0, |(low, high)| (high - low).max_element())
+    }
+
     /// Drops triangles that have no area where they stand: 32-bit positions far from the origin are
     /// coarse. Answers how many.
     pub(super) fn drop_triangles_without_area(&mut self) -> usize {

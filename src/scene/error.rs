@@ -127,7 +127,9 @@ impl SceneError {
     /// A file that cannot be read, with the hint that suits the reason.
     pub(super) fn read(path: &Path, source: std::io::Error) -> Self {
         let hint = match source.kind() {
-            _ if path.is_dir() => "this is a folder: give the .obj or .toml file in it",
+            _ if path.is_dir() => {
+                "this is a folder: give the .toml, .obj, .gltf or .glb file in it"
+            }
             std::io::ErrorKind::NotFound => "check the path",
             std::io::ErrorKind::PermissionDenied => "check the file's permissions",
             _ => "check that the file is intact",

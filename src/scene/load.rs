@@ -8,32 +8,14 @@ use glam::Vec3;
 use super::textures::TextureRequests;
 use super::toml::{EnvironmentEntry, ModelEntry, SceneFile};
 use super::{
-    Environment, Light, Scene, SceneError, Sky, SkySource, bundled, model, paths, place, toml,
+    Camera, Environment, Light, LoadOptions, Scene, SceneError, Sky, SkySource, Up, bundled, gltf,
+    model, paths, place, toml,
 };
 use crate::text::vector;
 
-/// How to load a scene.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct LoadOptions {
-    /// Render missing textures and materials mid-grey, with a warning; otherwise they are errors.
-    pub allow_missing_textures: bool,
-    /// The axis that points up in an `.obj` alone.
-    pub up: Up,
-}
-
-/// An axis of a model's file that points up.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Up {
-    /// +y, as everywhere in this crate.
-    #[default]
-    Y,
-    /// +z: the model is turned, so that its z becomes y and its y becomes −z.
-    Z,
-}
-
 impl Scene {
     /// Opens a scene as a user names it: `bundled:NAME`, `bundled:NAME,KEY=VALUE,…`, or the path of
-    /// a `.toml` or `.obj` file.
+    /// a `.toml`, `.obj`, `.gltf` or `.glb` file.
     pub fn open(source: impl AsRef<OsStr>, options: &LoadOptions) -> Result<Scene, SceneError> {
         let source = source.as_ref();
         match source
@@ -50,14 +32,15 @@ impl Scene {
     }
 
     /// Whether a source, as [`Scene::open`] takes it, is a model alone, whose camera, light and
-    /// environment are chosen.
+    /// environment are chosen where it has none.
     pub fn is_model_alone(source: impl AsRef<OsStr>) -> bool {
-        let extension = Path::new(source.as_ref()).extension();
-        extension.is_some_and(|extension| extension.eq_ignore_ascii_case("obj"))
+        let path = Path::new(source.as_ref());
+        let extension = path.extension().unwrap_or_default();
+        extension.eq_ignore_ascii_case("obj") || gltf::is_named(path)
     }
 
-    /// Loads a `.toml` scene file, or an `.obj` alone, which gets a camera, a light and an
-    /// environment by what rays see of it.
+    /// Loads a `.toml` scene file, or a model alone, which gets a camera, a light and an
+    /// environment by what rays see of it, as far as it has none.
     pub fn load(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
         let extension = path
             .extension()
@@ -74,7 +57,7 @@ impl Scene {
             return Err(SceneError::file(
                 path,
                 format!("this is {kind}, not a file"),
-                "copy what it holds into a .toml or .obj file, and give that",
+                "copy what it holds into a .toml, .obj or .glb file, and give that",
             ));
         }
         match extension.as_str() {
@@ -95,7 +78,7 @@ impl Scene {
                 })?;
                 Scene::from_file(path, toml::parse(path, &text)?, options)
             }
-            "obj" => {
+            "obj" | "gltf" | "glb" => {
                 let entry = ModelEntry {
                     path: path.to_owned(),
                     model: model::Use {
@@ -106,24 +89,27 @@ impl Scene {
                 let file = SceneFile {
                     models: vec![entry],
                     camera: None,
-                    lights: Vec::new(),
+                    lights: None,
                     environment: EnvironmentEntry::default(),
                 };
-                let mut scene = Scene::from_parts(path, &file, options)?;
-                if options.up == Up::Y && place::looks_z_up(&scene) {
+                let (mut scene, camera, lights) = Scene::from_parts(path, &file, options)?;
+                let is_gltf = gltf::is_named(path);
+                if is_gltf {
+                    warn_of_up(path.as_os_str(), options);
+                } else if options.up == Up::Y && place::looks_z_up(&scene) {
                     log::warn!(
                         "{}: it looks as if z pointed up in it; if so, pass --up z",
                         scene.name
                     );
                 }
-                scene.choose_camera_and_lights();
+                scene.choose_what_is_missing(camera, lights);
                 Ok(scene)
             }
             _ if !path.exists() => Err(SceneError::read(path, std::io::ErrorKind::NotFound.into())),
             _ => Err(SceneError::file(
                 path,
-                "this is neither a .toml nor an .obj file",
-                "give a scene file, an OBJ model, or bundled:NAME",
+                "this is no .toml, .obj, .gltf or .glb file",
+                "give a scene file, an OBJ or glTF model, or bundled:NAME",
             )),
         }
     }
@@ -144,10 +130,10 @@ impl Scene {
     }
 
     fn from_file(path: &Path, file: SceneFile, options: &LoadOptions) -> Result<Scene, SceneError> {
-        let mut scene = Scene::from_parts(path, &file, options)?;
-        scene.lights = file.lights;
+        let (mut scene, camera, lights) = Scene::from_parts(path, &file, options)?;
+        scene.lights = file.lights.unwrap_or(lights);
         scene.take_environment(&file.environment)?;
-        match file.camera {
+        match file.camera.or(camera) {
             Some(camera) => scene.camera = camera,
             None => scene.choose_camera(),
         }
@@ -180,24 +166,40 @@ impl Scene {
         self.environment = environment;
     }
 
+    /// The scene's models, and the camera and the lights that come with them.
     fn from_parts(
         path: &Path,
         file: &SceneFile,
         options: &LoadOptions,
-    ) -> Result<Scene, SceneError> {
+    ) -> Result<(Scene, Option<Camera>, Vec<Light>), SceneError> {
         let mut requests = TextureRequests::default();
         let mut scene = Scene {
             name: paths::stem_of(path),
             ..Scene::default()
         };
+        let (mut camera, mut lights) = (None, Vec::new());
         for entry in &file.models {
-            let part = model::load(&entry.path, &entry.model, &mut requests, options)?;
-            Scene::check_counts(
-                path,
-                scene.vertices.len() + part.vertices.len(),
-                scene.triangles.len() + part.triangles.len(),
-            )?;
-            scene.add_part(part);
+            let parts = if gltf::is_named(&entry.path) {
+                let contents = gltf::load(&entry.path, &entry.model, &mut requests)?;
+                camera = camera.or(contents.camera);
+                lights.extend(contents.lights);
+                contents.parts
+            } else {
+                vec![model::load(
+                    &entry.path,
+                    &entry.model,
+                    &mut requests,
+                    options,
+                )?]
+            };
+            for part in parts {
+                Scene::check_counts(
+                    path,
+                    scene.vertices.len() + part.vertices.len(),
+                    scene.triangles.len() + part.triangles.len(),
+                )?;
+                scene.add_part(part);
+            }
         }
         scene.files = std::iter::once(path.to_owned())
             .chain(requests.files())
@@ -205,7 +207,7 @@ impl Scene {
         scene.textures = requests.read(options)?;
         scene.finish_textures();
         scene.set_time(0.0);
-        Ok(scene)
+        Ok((scene, camera, lights))
     }
 
     /// Whether anything sends light into the scene.
@@ -226,12 +228,24 @@ impl Scene {
         }
     }
 
-    /// Puts the camera where it sees most of the scene, and lights where they reach most of that.
-    fn choose_camera_and_lights(&mut self) {
+    /// Takes the camera and the lights that came with a model. Without a camera, one is put where
+    /// it sees most of the scene; without lights, they are put where they reach most of that.
+    fn choose_what_is_missing(&mut self, camera: Option<Camera>, lights: Vec<Light>) {
+        let has_lights = !lights.is_empty();
+        self.lights = lights;
+        self.camera = camera.unwrap_or(self.camera);
+        if camera.is_some() && has_lights {
+            return;
+        }
         let Some(placement) = place::place(self) else {
             return;
         };
-        self.take_camera(&placement);
+        if camera.is_none() {
+            self.take_camera(&placement);
+        }
+        if has_lights {
+            return;
+        }
         self.environment = placement.environment.into();
         if !placement.lights.is_empty() {
             let lights = super::lights_toml(&placement.lights);
@@ -262,8 +276,8 @@ impl Scene {
 fn warn_of_up(source: &OsStr, options: &LoadOptions) {
     if options.up != Up::Y {
         log::warn!(
-            "{}: --up is for an .obj alone and changes nothing here; in a .toml, write \
-             `rotate_deg = [-90.0, 0.0, 0.0]` in the [[model]]",
+            "{}: --up is for an .obj alone and changes nothing here (y is up in glTF); in a .toml, \
+             write `rotate_deg = [-90.0, 0.0, 0.0]` in the [[model]]",
             source.to_string_lossy()
         );
     }

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use glam::{Affine3A, DVec3, Mat3, Vec3};
+use glam::{Affine3A, DAffine3, DVec3, Mat3, Vec3};
 
 use super::assemble::Part;
 use super::mtl::{self, MtlMaterial, UvShift};
@@ -20,7 +20,7 @@ use crate::text::{counted, number, vector};
 const UNIT_TOLERANCE: f32 = 1e-6;
 
 /// Least extent of a model \[m\]: 32-bit products of smaller lengths have no digits left.
-const EXTENT_MIN: f32 = 1e-9;
+pub(super) const EXTENT_MIN: f32 = 1e-9;
 
 /// Where a model stands: scaled, then posed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,6 +74,21 @@ pub(super) struct Use {
     pub(super) keyframes: Vec<Keyframe>,
     /// The axis of the file that points up.
     pub(super) up: Up,
+}
+
+impl Use {
+    /// World from the model's space before any keyframe is applied.
+    pub(super) fn world_from_model_at_rest(&self) -> DAffine3 {
+        let pose = match self.keyframes.is_empty() {
+            true => self.placement.pose,
+            false => Pose::default(),
+        };
+        DAffine3::from_scale_rotation_translation(
+            DVec3::splat(f64::from(self.placement.scale)),
+            pose.rotation().as_dquat(),
+            pose.translate.as_dvec3(),
+        )
+    }
 }
 
 /// Loads the OBJ file at `path` with its materials, and places it as `model` says.
@@ -226,14 +241,9 @@ impl Origin<'_> {
 
     /// An error where the model is too small to compute with.
     fn check_extent(&self, part: &Part, placement: &Placement) -> Result<(), SceneError> {
-        let positions = || part.vertices.iter().map(|vertex| vertex.position.into());
-        let (low, high) = positions().fold(
-            (Vec3::INFINITY, Vec3::NEG_INFINITY),
-            |(low, high): (Vec3, Vec3), position: Vec3| (low.min(position), high.max(position)),
-        );
-        let extent_m = (high - low).max_element();
+        let extent_m = part.extent_m();
         // What has no extent at all has no area either, which is said later.
-        if part.vertices.is_empty() || extent_m == 0.0 || extent_m >= EXTENT_MIN {
+        if extent_m == 0.0 || extent_m >= EXTENT_MIN {
             return Ok(());
         }
         let problem = format!(

@@ -21,7 +21,7 @@ use super::{Material, SceneError, Specular, paths};
 use crate::text::{counted, number};
 
 /// Largest radiance that a material may emit [W/(m² sr)]: beyond it 32-bit sums lose meaning.
-const EMISSION_MAX: f32 = 1e12;
+pub(super) const EMISSION_MAX: f32 = 1e12;
 
 /// A texture that a material refers to.
 #[derive(Clone, Debug, PartialEq)]

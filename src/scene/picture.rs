@@ -1,5 +1,6 @@
 //! Picture files to [`Texture`]s.
 
+use std::io::Cursor;
 use std::path::Path;
 
 use glam::Vec3;
@@ -25,8 +26,10 @@ pub(super) enum Use {
     Color,
     /// Coverage: alpha where the picture has an alpha channel that varies, red otherwise.
     Mask,
-    /// Tangent-space normals.
-    Normal,
+    /// Coverage: alpha.
+    Alpha,
+    /// Tangent-space normals; the factor is that of x and y.
+    Normal(f32),
     /// Heights, to become normals; the factor is `-bm`.
     Bump(f32),
 }
@@ -36,8 +39,19 @@ impl Use {
     pub(super) fn kind(self) -> TextureKind {
         match self {
             Use::Color => TextureKind::Color,
-            Use::Mask => TextureKind::Mask,
-            Use::Normal | Use::Bump(_) => TextureKind::Normal,
+            Use::Mask | Use::Alpha => TextureKind::Mask,
+            Use::Normal(_) | Use::Bump(_) => TextureKind::Normal,
+        }
+    }
+
+    /// Two numbers that no other use has.
+    pub(super) fn key(self) -> [u32; 2] {
+        match self {
+            Use::Color => [0, 0],
+            Use::Mask => [1, 0],
+            Use::Alpha => [2, 0],
+            Use::Normal(scale) => [3, scale.to_bits()],
+            Use::Bump(multiplier) => [4, multiplier.to_bits()],
         }
     }
 
@@ -46,8 +60,8 @@ impl Use {
     pub(super) fn placeholder(self, name: &str) -> Texture {
         let texel = match self {
             Use::Color => [188, 188, 188, 255],
-            Use::Mask => [255, 255, 255, 255],
-            Use::Normal | Use::Bump(_) => [128, 128, 255, 255],
+            Use::Mask | Use::Alpha => [255, 255, 255, 255],
+            Use::Normal(_) | Use::Bump(_) => [128, 128, 255, 255],
         };
         Texture {
             name: name.to_owned(),
@@ -60,17 +74,24 @@ impl Use {
 }
 
 /// Reads a picture (grey, RGB or RGBA, 8 or 16 bits) as a texture called `name`; linear values
-/// (colours, coverage, heights) become base + gain · value.
+/// (colours, coverage, heights) become base + gain · value. `path` is for messages.
 pub(super) fn read(
     path: &Path,
+    bytes: &[u8],
     name: &str,
     wanted: Use,
     [base, gain]: [f32; 2],
 ) -> Result<Texture, SceneError> {
-    let (width, height, mut texels) = decode(path)?;
+    let (width, height, mut texels) = decode(path, bytes)?;
     match wanted {
         Use::Color => adjust_colors(&mut texels, [base, gain]),
-        Use::Normal => make_unit(&mut texels),
+        Use::Normal(scale) => make_unit(&mut texels, scale),
+        Use::Alpha => {
+            texels
+                .iter_mut()
+                .for_each(|texel| *texel = [texel[3], texel[3], texel[3], 255]);
+            adjust_masks(&mut texels, [base, gain]);
+        }
         Use::Mask => {
             mask_from_alpha(&mut texels);
             adjust_masks(&mut texels, [base, gain]);
@@ -80,7 +101,7 @@ pub(super) fn read(
                 "{}: named as a bump map but holds normals; read as a normal map",
                 path.display()
             );
-            make_unit(&mut texels);
+            make_unit(&mut texels, 1.0);
         }
         Use::Bump(multiplier) => {
             let height_texels = multiplier * gain * BUMP_HEIGHT_TEXELS;
@@ -96,7 +117,19 @@ pub(super) fn read(
     })
 }
 
-fn decode(path: &Path) -> Result<(u32, u32, Vec<[u8; 4]>), SceneError> {
+/// Means of the channels of a picture, 0 to 1, as they are stored.
+pub(super) fn mean(path: &Path, bytes: &[u8]) -> Result<[f32; 4], SceneError> {
+    let (_, _, texels) = decode(path, bytes)?;
+    let sum = |channel: usize| {
+        texels
+            .iter()
+            .map(|texel| u64::from(texel[channel]))
+            .sum::<u64>()
+    };
+    Ok([0, 1, 2, 3].map(|channel| (sum(channel) as f64 / (255.0 * texels.len() as f64)) as f32))
+}
+
+fn decode(path: &Path, bytes: &[u8]) -> Result<(u32, u32, Vec<[u8; 4]>), SceneError> {
     let damaged = |error: image::ImageError| {
         SceneError::file(
             path,
@@ -105,8 +138,13 @@ fn decode(path: &Path) -> Result<(u32, u32, Vec<[u8; 4]>), SceneError> {
         )
     };
     let open = || {
-        ImageReader::open(path)
-            .and_then(ImageReader::with_guessed_format)
+        // Some formats show in the name alone.
+        let mut reader = ImageReader::new(Cursor::new(bytes));
+        if let Ok(format) = ImageFormat::from_path(path) {
+            reader.set_format(format);
+        }
+        reader
+            .with_guessed_format()
             .map_err(|error| SceneError::read(path, error))
     };
     let reader = open()?;
@@ -202,13 +240,13 @@ fn is_normal_map(texels: &[[u8; 4]]) -> bool {
 /// How far the length of a unit vector is off by 8 bits a component.
 const UNIT_ERROR: f32 = 0.007;
 
-/// Makes normals unit vectors that are not. A length that is left is that of a mean: a pixel of
-/// several texels that differ.
-fn make_unit(texels: &mut [[u8; 4]]) {
+/// Makes normals unit vectors that are not, x and y times `scale`. A length that is left is that of
+/// a mean: a pixel of several texels that differ.
+fn make_unit(texels: &mut [[u8; 4]], scale: f32) {
     for texel in texels {
         let [x, y, z, _] = texel.map(|component| f32::from(component) / 127.5 - 1.0);
-        let normal = Vec3::new(x, y, z);
-        if (normal.length() - 1.0).abs() > UNIT_ERROR {
+        let normal = Vec3::new(scale * x, scale * y, z);
+        if scale != 1.0 || (normal.length() - 1.0).abs() > UNIT_ERROR {
             *texel = texel_of(normal.normalize());
         }
     }
@@ -268,7 +306,7 @@ mod tests {
             [158, 90, 168, 255],
             [0, 0, 0, 255],
         ];
-        make_unit(&mut texels);
+        make_unit(&mut texels, 1.0);
         assert_eq!(texels[..2], [[128, 128, 255, 255], slanted]);
         // Half as long, in whole steps of 8 bits.
         for (made, direction) in texels[2..]

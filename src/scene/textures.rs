@@ -1,5 +1,6 @@
 //! The textures that the materials of a scene ask for, read once each.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -8,14 +9,68 @@ use rayon::prelude::*;
 
 use super::mtl::{MapRef, MtlMaterial};
 use super::picture::{self, Use};
-use super::{LoadOptions, Material, SceneError, Texture, TextureKind, paths};
+use super::{LoadOptions, Material, SceneError, Texture, paths};
 use crate::text::counted;
+
+/// Where the bytes of a picture are.
+#[derive(Clone)]
+pub(super) enum PictureBytes {
+    /// In a file of their own.
+    File(PathBuf),
+    /// In another file, which has been read.
+    Held(Arc<[u8]>),
+}
+
+impl PictureBytes {
+    /// The encoded picture; `path` is for messages.
+    pub(super) fn read(&self, path: &Path) -> Result<Cow<'_, [u8]>, SceneError> {
+        match self {
+            PictureBytes::File(file) => std::fs::read(file)
+                .map(Cow::Owned)
+                .map_err(|error| SceneError::read(path, error)),
+            PictureBytes::Held(bytes) => Ok(Cow::Borrowed(bytes)),
+        }
+    }
+}
+
+/// A picture that a material names.
+pub(super) struct Picture {
+    /// The file, or the place in a file: no two pictures have the same.
+    pub(super) path: PathBuf,
+    /// As written, with forward slashes.
+    name: String,
+    /// `None` where there is no such file.
+    pub(super) bytes: Option<PictureBytes>,
+    /// What wants it, for messages.
+    wanted_by: String,
+}
+
+impl Picture {
+    /// The picture that a file in `folder` calls `name`.
+    pub(super) fn named(folder: &Path, name: &str, wanted_by: &str) -> Picture {
+        let found = paths::resolve(folder, name);
+        Picture {
+            path: found.clone().unwrap_or_else(|| folder.join(name)),
+            name: name.replace('\\', "/"),
+            bytes: found.map(PictureBytes::File),
+            wanted_by: wanted_by.to_owned(),
+        }
+    }
+
+    /// A picture whose bytes stand in another file.
+    pub(super) fn held(path: PathBuf, name: String, bytes: Vec<u8>) -> Picture {
+        Picture {
+            path,
+            name,
+            bytes: Some(PictureBytes::Held(bytes.into())),
+            wanted_by: String::new(),
+        }
+    }
+}
 
 /// One texture to read.
 struct Request {
-    /// As written in the MTL, with forward slashes.
-    name: String,
-    file: Option<PathBuf>,
+    picture: Picture,
     wanted: Use,
     /// What is added to values after the second has multiplied them.
     base_and_gain: [f32; 2],
@@ -25,8 +80,8 @@ struct Request {
 #[derive(Default)]
 pub(super) struct TextureRequests {
     requests: Vec<Request>,
-    /// By path, kind, and the bits of `-bm` and `-mm`.
-    index_from_file: HashMap<(PathBuf, TextureKind, [u32; 3]), u32>,
+    /// By path, use with its number, and the bits of what is done to values.
+    index_from_picture: HashMap<(PathBuf, [u32; 4]), u32>,
     missing: Vec<String>,
     /// Models and material libraries that were read.
     sources: Vec<PathBuf>,
@@ -40,7 +95,13 @@ impl TextureRequests {
 
     /// All files that the scene is read from, textures included.
     pub(super) fn files(&self) -> impl Iterator<Item = PathBuf> {
-        let textures = self.requests.iter().flat_map(|request| &request.file);
+        let textures =
+            self.requests
+                .iter()
+                .filter_map(|request| match request.picture.bytes.as_ref()? {
+                    PictureBytes::File(path) => Some(path),
+                    PictureBytes::Held(_) => None,
+                });
         self.sources.iter().chain(textures).cloned()
     }
 
@@ -52,55 +113,49 @@ impl TextureRequests {
         material: Material,
     ) -> Material {
         let mut index = |map: &Option<MapRef>, wanted: Use| {
-            map.as_ref().map(|map| self.request(file, mtl, map, wanted))
+            map.as_ref().map(|map| {
+                let wanted_by = format!("material `{}`, {}:{}", mtl.name, file.display(), map.line);
+                let picture = Picture::named(paths::folder_of(file), &map.path, &wanted_by);
+                self.add(picture, wanted, map.base_and_gain)
+            })
         };
         let bump_multiplier = mtl.bump.as_ref().map_or(1.0, |map| map.bump_multiplier);
         Material {
             albedo_texture: index(&mtl.map_kd, Use::Color),
             emission_texture: index(&mtl.map_ke, Use::Color),
             mask_texture: index(&mtl.map_d, Use::Mask),
-            normal_texture: index(&mtl.norm, Use::Normal)
+            normal_texture: index(&mtl.norm, Use::Normal(1.0))
                 .or_else(|| index(&mtl.bump, Use::Bump(bump_multiplier))),
             ..material
         }
     }
 
-    fn request(&mut self, mtl_file: &Path, mtl: &MtlMaterial, map: &MapRef, wanted: Use) -> u32 {
-        let found = paths::resolve(paths::folder_of(mtl_file), &map.path);
-        let path = found
-            .clone()
-            .unwrap_or_else(|| paths::folder_of(mtl_file).join(&map.path));
-        let multiplier = if let Use::Bump(multiplier) = wanted {
-            multiplier
-        } else {
-            0.0
-        };
-        let [base, gain] = map.base_and_gain;
-        let numbers = [multiplier, base, gain].map(f32::to_bits);
-        let key = (path, wanted.kind(), numbers);
-        if let Some(index) = self.index_from_file.get(&key) {
+    /// The index of a texture: values of the picture (colours, coverage, heights) are added to
+    /// the first of `base_and_gain` after the second has multiplied them.
+    pub(super) fn add(&mut self, picture: Picture, wanted: Use, base_and_gain: [f32; 2]) -> u32 {
+        let [base, gain] = base_and_gain.map(f32::to_bits);
+        let [kind, number] = wanted.key();
+        let key = (picture.path.clone(), [kind, number, base, gain]);
+        if let Some(index) = self.index_from_picture.get(&key) {
             return *index;
         }
-        if found.is_none() {
-            let kind = paths::not_a_file(&key.0)
+        if picture.bytes.is_none() {
+            let kind = paths::not_a_file(&picture.path)
                 .map(|kind| format!("{kind}, not a file; "))
                 .unwrap_or_default();
             self.missing.push(format!(
-                "{} ({kind}material `{}`, {}:{})",
-                key.0.display(),
-                mtl.name,
-                mtl_file.display(),
-                map.line
+                "{} ({kind}{})",
+                picture.path.display(),
+                picture.wanted_by
             ));
         }
         let index = self.requests.len() as u32;
         self.requests.push(Request {
-            name: map.path.replace('\\', "/"),
-            file: found,
+            picture,
             wanted,
-            base_and_gain: map.base_and_gain,
+            base_and_gain,
         });
-        self.index_from_file.insert(key, index);
+        self.index_from_picture.insert(key, index);
         index
     }
 
@@ -119,11 +174,18 @@ impl TextureRequests {
             );
         }
         let read = |request: &Request| {
-            let texture = match &request.file {
-                Some(file) => {
-                    picture::read(file, &request.name, request.wanted, request.base_and_gain)?
-                }
-                None => request.wanted.placeholder(&request.name),
+            let Picture {
+                path, name, bytes, ..
+            } = &request.picture;
+            let texture = match bytes {
+                Some(bytes) => picture::read(
+                    path,
+                    &bytes.read(path)?,
+                    name,
+                    request.wanted,
+                    request.base_and_gain,
+                )?,
+                None => request.wanted.placeholder(name),
             };
             Ok(Arc::new(texture))
         };

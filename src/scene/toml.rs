@@ -100,7 +100,7 @@ struct ClearSkyToml {
 
 /// One `[[model]]`, its path resolved.
 pub(super) struct ModelEntry {
-    /// The OBJ file, resolved against the scene file's folder.
+    /// The OBJ or glTF file, resolved against the scene file's folder.
     pub(super) path: PathBuf,
     /// Where and when it stands.
     pub(super) model: Use,
@@ -112,8 +112,8 @@ pub(super) struct SceneFile {
     pub(super) models: Vec<ModelEntry>,
     /// `None` where the file has no `[camera]`.
     pub(super) camera: Option<Camera>,
-    /// All lights of the scene file.
-    pub(super) lights: Vec<Light>,
+    /// `None` where the file has no `light`.
+    pub(super) lights: Option<Vec<Light>>,
     /// What comes from all around.
     pub(super) environment: EnvironmentEntry,
 }
@@ -141,7 +141,7 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<SceneFile, SceneError> {
         return Err(SceneError::file(
             path,
             "there is no [[model]] in it",
-            "add `[[model]]` with `path = \"FILE.obj\"`",
+            "add `[[model]]` with `path = \"FILE.obj\"` or \"FILE.glb\"",
         ));
     }
     let models = file
@@ -150,13 +150,7 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<SceneFile, SceneError> {
         .enumerate()
         .map(|(index, model)| source.model(index, model))
         .collect::<Result<_, _>>()?;
-    let lights = file
-        .light
-        .iter()
-        .flatten()
-        .enumerate()
-        .map(|(index, light)| source.light(index, light))
-        .collect::<Result<_, _>>()?;
+    let lights = source.lights(&file)?;
     let camera = file
         .camera
         .as_ref()
@@ -195,20 +189,13 @@ pub(super) fn parse_overlay(name: &Path, text: &str) -> Result<Overlay, SceneErr
             "only camera, light and environment can be replaced",
         ));
     }
-    let light = |lights: &Vec<LightToml>| {
-        lights
-            .iter()
-            .enumerate()
-            .map(|(index, light)| source.light(index, light))
-            .collect::<Result<_, _>>()
-    };
     Ok(Overlay {
         camera: file
             .camera
             .as_ref()
             .map(|camera| source.camera(camera))
             .transpose()?,
-        lights: file.light.as_ref().map(light).transpose()?,
+        lights: source.lights(&file)?,
         environment: file
             .environment
             .as_ref()
@@ -232,6 +219,17 @@ impl Source<'_> {
                 None => SceneError::file(self.path, problem, MANUAL),
             }
         })
+    }
+
+    /// All lights; `None` where no `light` is there.
+    fn lights(&self, file: &FileToml) -> Result<Option<Vec<Light>>, SceneError> {
+        let lights = file.light.as_ref().map(|lights| {
+            let lights = lights.iter().enumerate();
+            lights
+                .map(|(index, light)| self.light(index, light))
+                .collect()
+        });
+        lights.transpose()
     }
 
     fn error(

@@ -21,7 +21,7 @@ pub(super) fn show(ui: &mut Ui, scope: &mut Scope<'_>) {
     ));
     ui.horizontal(|ui| {
         let width = ui.available_width() - 96.0;
-        let hint = "scene.toml, model.obj, bundled:NAME";
+        let hint = "scene.toml, model.obj, model.glb, bundled:NAME";
         let typed = ui
             .add(
                 TextEdit::singleline(&mut scope.panels.scene_path)
@@ -129,7 +129,7 @@ pub(super) fn dialog() -> FileDialog {
     };
     FileDialog::new()
         .title("Open a scene")
-        .add_file_filter_extensions(SCENES, vec!["toml", "obj"])
+        .add_file_filter_extensions(SCENES, vec!["toml", "obj", "gltf", "glb"])
         .default_file_filter(SCENES)
         .keybindings(keys)
         .show_new_folder_button(false)
@@ -138,7 +138,7 @@ pub(super) fn dialog() -> FileDialog {
 }
 
 /// Name of the dialog's filter.
-const SCENES: &str = "scenes (.toml, .obj)";
+const SCENES: &str = "scenes (.toml, .obj, .gltf, .glb)";
 
 /// Draws the dialog where it is open, and opens what was chosen.
 pub(super) fn show_dialog(ctx: &Context, scope: &mut Scope<'_>) {

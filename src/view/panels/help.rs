@@ -54,6 +54,6 @@ pub(super) fn show(ctx: &Context, open: &mut bool) {
                     }
                 });
             ui.separator();
-            ui.label("Drop an .obj or .toml file on the window to open it.");
+            ui.label("Drop a .toml, .obj, .gltf or .glb file on the window to open it.");
         });
 }
