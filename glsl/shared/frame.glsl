@@ -25,7 +25,7 @@ struct Material {
     vec4 albedo;              // rgb: diffuse albedo; w: 1 where there is a mask texture
     vec4 emission;            // rgb: emitted radiance [W/(m² sr)]; w: 1 where there is a normal map
     vec4 specular;            // rgb: F0; w: roughness, negative where there is no lobe
-    vec4 metalness;           // x: metalness
+    vec4 metalness;           // x: metalness; y: 1 where the lobe has a texture
 };
 
 struct Light {

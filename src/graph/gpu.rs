@@ -8,7 +8,7 @@ use super::frame::{Frame, Resource, Work};
 use super::journal::JournalFrame;
 use super::plan::{State, plan};
 use super::record::{Pipelines, Recorder};
-use super::sets::{MaterialSet, SceneBindings, SceneSet, SharedSets};
+use super::sets::{MATERIAL_TEXTURES, MaterialSet, SceneBindings, SceneSet, SharedSets};
 use super::stats::FrameStats;
 use super::{Access, plan::Barrier};
 use crate::vulkan::{
@@ -162,9 +162,12 @@ impl Gpu {
         SceneSet::new(&self.device, &self.shared, bindings)
     }
 
-    /// Makes set 2 from albedo, emission, normal and mask textures, which are complete and only
-    /// read from now on.
-    pub fn create_material_set(&self, images: [&Arc<Image>; 4]) -> Result<Arc<MaterialSet>, Error> {
+    /// Makes set 2 from albedo, emission, normal, mask and lobe textures, which are complete and
+    /// only read from now on.
+    pub fn create_material_set(
+        &self,
+        images: [&Arc<Image>; MATERIAL_TEXTURES],
+    ) -> Result<Arc<MaterialSet>, Error> {
         self.make_ready(&images)?;
         MaterialSet::new(&self.device, &self.shared, images)
     }

@@ -9,6 +9,7 @@ use super::access::Access;
 use super::frame::{Resource, Work};
 use super::pass::Pass;
 use super::plan::{Scope, Span, Use};
+use super::sets::MATERIAL_TEXTURES;
 use crate::vulkan::{AccelerationStructure, Attachment, Buffer, Descriptor, Image, ImageRegion};
 
 /// A frame as its steps were declared, and what was recorded for it.
@@ -193,7 +194,10 @@ impl Touch {
     }
 
     /// The textures of one material, in the layout that its descriptors name.
-    pub(super) fn material(images: &[Arc<Image>; 4], access: Access) -> [Self; 4] {
+    pub(super) fn material(
+        images: &[Arc<Image>; MATERIAL_TEXTURES],
+        access: Access,
+    ) -> [Self; MATERIAL_TEXTURES] {
         images.each_ref().map(|image| Touch {
             used: Resource::from(image).used(access),
             layout: vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL,

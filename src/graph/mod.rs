@@ -59,7 +59,7 @@ pub use journal::{Issued, IssuedBarrier, JournalFrame, Touch};
 pub use pass::{
     Binding, BindingKind, DepthBias, Pass, RasterState, SCENE_CONSTANTS, Sets, Shaders,
 };
-pub use sets::{MaterialSet, MaterialSets, SceneBindings, SceneSet};
+pub use sets::{MATERIAL_TEXTURES, MaterialSet, MaterialSets, SceneBindings, SceneSet};
 pub use stats::{FrameStats, PassTime, PassTimes, Spread, TimesAccumulator};
 
 pub use crate::vulkan::{

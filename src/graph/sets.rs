@@ -49,10 +49,13 @@ pub struct SceneSet {
     _pool: DescriptorPool,
 }
 
-/// Set 2: the textures of one material: albedo (0), emission (1), normal (2), mask (3).
+/// How many textures a material has.
+pub const MATERIAL_TEXTURES: usize = 5;
+
+/// Set 2: the textures of one material: albedo (0), emission (1), normal (2), mask (3), lobe (4).
 pub struct MaterialSet {
     pub(super) raw: vk::DescriptorSet,
-    pub(super) images: [Arc<Image>; 4],
+    pub(super) images: [Arc<Image>; MATERIAL_TEXTURES],
     _pool: DescriptorPool,
 }
 
@@ -80,7 +83,7 @@ impl SharedSets {
             ]
             .concat(),
         )?;
-        let material = SetLayout::new(device, "material", &[T::SAMPLED_IMAGE; 4])?;
+        let material = SetLayout::new(device, "material", &[T::SAMPLED_IMAGE; MATERIAL_TEXTURES])?;
         let samplers = [
             Sampler::new(
                 device,
@@ -167,7 +170,7 @@ impl MaterialSet {
     pub(super) fn new(
         device: &Arc<Device>,
         shared: &SharedSets,
-        images: [&Arc<Image>; 4],
+        images: [&Arc<Image>; MATERIAL_TEXTURES],
     ) -> Result<Arc<Self>, Error> {
         let pool = DescriptorPool::new(device, [&*shared.material])?;
         let mut descriptors = Vec::with_capacity(images.len());

@@ -260,6 +260,7 @@ fn validate_scene(scene: &Scene) -> Result<(), ReferenceError> {
             material.emission_texture,
             material.mask_texture,
             material.normal_texture,
+            material.specular.and_then(|lobe| lobe.texture),
         ];
         if let Some(texture) = textures
             .into_iter()

@@ -78,22 +78,16 @@ impl<'a> World<'a> {
         } else {
             -place.shading
         };
-        let (albedo, lobe) = match material.specular {
-            None => (place.base, None),
-            Some(specular) => {
-                let f0 = specular.f0.lerp(place.base, specular.metalness);
-                (
-                    place.base * (1.0 - specular.metalness),
-                    Some(Lobe::new(f0, specular.roughness)),
-                )
-            }
-        };
+        let metalness = material.specular.map_or(0.0, |specular| specular.metalness);
+        let lobe = self
+            .lobe(material, place.uv)
+            .map(|(f0, roughness)| Lobe::new(f0.lerp(place.base, metalness), roughness));
         Surface {
             position: place.position,
             geometric_normal,
             normal,
             wo,
-            albedo,
+            albedo: place.base * (1.0 - metalness),
             lobe,
             emission: if is_front {
                 self.emission(material, &place)

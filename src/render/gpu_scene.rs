@@ -14,7 +14,7 @@ use super::mean_normals::levels_of_means;
 use crate::gpu_struct;
 use crate::graph::{
     Buffer, BufferDesc, BufferUsage, DrawBatch, Error, Frame, FrameStats, Gpu, Image, ImageDesc,
-    ImageKind, ImageUsage, MaterialSets, Owner, SceneBindings, SceneSet, vk,
+    ImageKind, ImageUsage, MATERIAL_TEXTURES, MaterialSets, Owner, SceneBindings, SceneSet, vk,
 };
 use crate::scene::{
     Batch, Camera, Environment, Light, Material, Scene, Texture, TextureKind, Vertex, union,
@@ -57,7 +57,7 @@ gpu_struct! {
         pub emission: [f32; 4],
         /// rgb: F0; w: roughness, −1 where there is no lobe.
         pub specular: [f32; 4],
-        /// x: metalness, 0 to 1; y, z and w: 0.
+        /// x: metalness, 0 to 1; y: 1 where the lobe has a texture; z and w: 0.
         pub metalness: [f32; 4],
     }
 }
@@ -159,6 +159,8 @@ pub struct GpuScene {
     pub is_emissive: bool,
     /// Some surface has a specular lobe.
     pub is_glossy: bool,
+    /// Some surface has a texture of its lobe.
+    pub has_lobe_textures: bool,
     /// Some surface has a normal map.
     pub is_bumped: bool,
     /// What emits, where it is now, in small parts (on the host alone).
@@ -182,8 +184,8 @@ pub struct GpuScene {
     pub(super) buffers: SceneBindings,
     /// All textures.
     pub(super) textures: Vec<Arc<Image>>,
-    /// Which of them each material has: albedo, emission, normal, mask.
-    pub(super) material_textures: Vec<[Option<u32>; 4]>,
+    /// Which of them each material has: albedo, emission, normal, mask, lobe.
+    pub(super) material_textures: Vec<[Option<u32>; MATERIAL_TEXTURES]>,
 }
 
 /// The models of a scene that may move.
@@ -368,8 +370,7 @@ impl GpuScene {
             .iter()
             .map(|texture| upload_texture(gpu, texture))
             .collect::<Result<Vec<_>, _>>()?;
-        let material_textures: Vec<[Option<u32>; 4]> =
-            scene.materials.iter().map(textures_of).collect();
+        let material_textures: Vec<_> = scene.materials.iter().map(textures_of).collect();
         Ok(GpuScene {
             host: Arc::new(scene.clone()),
             set,
@@ -379,6 +380,8 @@ impl GpuScene {
             texture_use: scene.materials.iter().map(TextureUse::of).collect(),
             is_emissive: scene.is_emissive(),
             is_glossy: scene.is_glossy(),
+            has_lobe_textures: (scene.materials.iter())
+                .any(|material| lobe_texture(material).is_some()),
             is_bumped: (scene.materials.iter()).any(|material| material.normal_texture.is_some()),
             emitters: emitters(scene),
             largest_emission,
@@ -522,7 +525,7 @@ impl GpuScene {
     pub fn has_bumps(&self) -> bool {
         self.material_textures
             .iter()
-            .any(|[_, _, normal, _]| normal.is_some())
+            .any(|[_, _, normal, ..]| normal.is_some())
     }
 
     /// Whether the triangles of a material are of a dynamic model.
@@ -662,7 +665,7 @@ fn gpu_material(material: &Material) -> GpuMaterial {
             .extend(flag(material.normal_texture))
             .to_array(),
         specular: f0.extend(roughness).to_array(),
-        metalness: [metalness, 0.0, 0.0, 0.0],
+        metalness: [metalness, flag(lobe_texture(material)), 0.0, 0.0],
     }
 }
 
@@ -697,20 +700,25 @@ fn gpu_lights(lights: &[Light], cascades: LightCascades) -> Vec<GpuLight> {
     all
 }
 
-/// Its textures of albedo, emission, normal and mask, as shaders number them.
-fn textures_of(material: &Material) -> [Option<u32>; 4] {
+/// Its textures of albedo, emission, normal, mask and lobe, as shaders number them.
+fn textures_of(material: &Material) -> [Option<u32>; MATERIAL_TEXTURES] {
     [
         material.albedo_texture,
         material.emission_texture,
         material.normal_texture,
         material.mask_texture,
+        lobe_texture(material),
     ]
+}
+
+fn lobe_texture(material: &Material) -> Option<u32> {
+    material.specular.and_then(|lobe| lobe.texture)
 }
 
 fn material_sets(
     gpu: &Gpu,
     textures: &[Arc<Image>],
-    material_textures: &[[Option<u32>; 4]],
+    material_textures: &[[Option<u32>; MATERIAL_TEXTURES]],
 ) -> Result<MaterialSets, Error> {
     let white = upload_texture(
         gpu,

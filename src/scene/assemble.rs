@@ -8,7 +8,9 @@ use std::path::Path;
 
 use glam::{DVec3, Vec3};
 
-use super::{Keyframe, Material, Model, Motion, Scene, SceneError, Triangle, Vertex, union};
+use super::{
+    Keyframe, Material, Model, Motion, Scene, SceneError, Specular, Triangle, Vertex, union,
+};
 
 /// The geometry of one model; `triangles` index its own `vertices` and `materials`, materials index
 /// textures that all parts share.
@@ -127,11 +129,14 @@ impl Scene {
     pub(super) fn finish_textures(&mut self) {
         let mut textures = Renumber::new(self.textures.len(), 0);
         for material in &mut self.materials {
+            let mut none = Specular::default();
+            let lobe = material.specular.as_mut().unwrap_or(&mut none);
             let slots = [
                 &mut material.albedo_texture,
                 &mut material.emission_texture,
                 &mut material.mask_texture,
                 &mut material.normal_texture,
+                &mut lobe.texture,
             ];
             for index in slots.into_iter().flatten() {
                 *index = textures.number(*index);

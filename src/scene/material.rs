@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 /// A GGX lobe with Schlick Fresnel.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Specular {
     /// Reflectance at normal incidence of the dielectric part, 0 to 1.
     pub f0: Vec3,
@@ -11,6 +11,8 @@ pub struct Specular {
     pub roughness: f32,
     /// 0 (dielectric) to 1 (metal: F0 is the albedo and nothing is diffuse).
     pub metalness: f32,
+    /// Index into the textures, kind `Color`: its colour multiplies `f0`, its alpha `roughness`.
+    pub texture: Option<u32>,
 }
 
 /// A material: Lambert, two-sided for transport, with optional emission (front side only), mask,

@@ -15,6 +15,7 @@ mod hash;
 mod light;
 mod lit;
 mod load;
+mod lobes;
 mod material;
 mod model;
 mod motion;

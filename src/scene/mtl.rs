@@ -1,15 +1,16 @@
 //! MTL materials, parsed line by line, and their meaning as [`Material`]s.
 //!
-//! Read: `Kd`, `Ke`, `Ks`, `Ns`, `Pr`, `Pm`, `d`, `Tr`, `map_Kd`, `map_Ke`, `map_d`, `norm`,
-//! `map_Bump`, `bump`. `Ka`, `Ni`, `Tf` and `illum` have no part in physically based light
-//! transport and are passed over; other keys are passed over with one warning.
+//! Read: `Kd`, `Ke`, `Ks`, `Ns`, `Pr`, `Pm`, `d`, `Tr`, `map_Kd`, `map_Ke`, `map_Ks`, `map_Pr`,
+//! `map_d`, `norm`, `map_Bump`, `bump`. `Ka`, `Ni`, `Tf` and `illum` have no part in physically
+//! based light transport and are passed over; other keys are passed over with one warning.
 //!
 //! Of the options of maps, `-s` and `-o` are baked into texture coordinates, `-mm` into texels and
 //! `-bm` into normals; each kind of the others that would change the picture gets one warning.
 //!
 //! A specular lobe needs a roughness: `Pr` (perceptual r, GGX α = r²), or else `Ns`, by matching
 //! the Blinn-Phong lobe: α = √(2 / (Ns + 2)), r = √α. F0 is `Ks`; where `Pr` is there without `Ks`,
-//! F0 is 0.04.
+//! F0 is 0.04. `map_Ks` and the red of `map_Pr` are factors of both; a factor is 1 where it is
+//! given by its map alone.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -108,6 +109,10 @@ pub(super) struct MtlMaterial {
     pub(super) map_kd: Option<MapRef>,
     /// `map_Ke`: emission.
     pub(super) map_ke: Option<MapRef>,
+    /// `map_Ks`: F0.
+    pub(super) map_ks: Option<MapRef>,
+    /// `map_Pr`: roughness.
+    pub(super) map_pr: Option<MapRef>,
     /// `map_d`: coverage.
     pub(super) map_d: Option<MapRef>,
     /// `norm`: a tangent-space normal map.
@@ -126,8 +131,10 @@ impl MtlMaterial {
     /// second value is true where another map does something else.
     pub(super) fn uv_shift(&self) -> (Option<UvShift>, bool) {
         let bump = self.bump.as_ref().filter(|_| self.norm.is_none());
-        let mut shifts = [&self.map_kd, &self.map_ke, &self.map_d, &self.norm]
+        let maps = [&self.map_kd, &self.map_ke, &self.map_ks, &self.map_pr];
+        let mut shifts = maps
             .into_iter()
+            .chain([&self.map_d, &self.norm])
             .flatten()
             .chain(bump)
             .map(|map| map.shift);
@@ -168,16 +175,18 @@ impl MtlMaterial {
 
     fn specular(&self) -> (Option<Specular>, bool) {
         let metalness = self.pm.unwrap_or(0.0);
-        let wanted = metalness > 0.0 || self.ks.map_or(self.pr.is_some(), |ks| ks != Vec3::ZERO);
-        let roughness = self
-            .pr
-            .or(self.ns.map(|ns| (2.0 / (ns + 2.0)).sqrt().sqrt()));
+        // A map without its factor is as it is.
+        let pr = self.pr.or(self.map_pr.as_ref().map(|_| 1.0));
+        let ks = self.ks.or(self.map_ks.as_ref().map(|_| Vec3::ONE));
+        let wanted = metalness > 0.0 || ks.map_or(pr.is_some(), |ks| ks != Vec3::ZERO);
+        let roughness = pr.or(self.ns.map(|ns| (2.0 / (ns + 2.0)).sqrt().sqrt()));
         match roughness {
             Some(roughness) if wanted => (
                 Some(Specular {
-                    f0: self.ks.unwrap_or(Vec3::splat(0.04)),
+                    f0: ks.unwrap_or(Vec3::splat(0.04)),
                     roughness,
                     metalness,
+                    texture: None,
                 }),
                 false,
             ),
@@ -261,6 +270,8 @@ fn read_key(
         "Tr" => material.dissolve = Some(1.0 - at.number(key, rest, 1.0)?),
         "map_Kd" => material.map_kd = map()?,
         "map_Ke" => material.map_ke = map()?,
+        "map_Ks" => material.map_ks = map()?,
+        "map_Pr" => material.map_pr = map()?,
         "map_d" => material.map_d = map()?,
         "norm" => material.norm = map()?,
         "map_Bump" | "map_bump" | "bump" => material.bump = map()?,
@@ -375,10 +386,10 @@ impl At<'_> {
                 )
             })
         };
-        let is_normal_map = key == "norm";
+        let keeps_values = matches!(key, "norm" | "map_Ks" | "map_Pr");
         match (name, words) {
             ("bm", [word]) => map.bump_multiplier = number(word)?,
-            ("mm", [base, gain]) if !is_normal_map => {
+            ("mm", [base, gain]) if !keeps_values => {
                 map.base_and_gain = [number(base)?, number(gain)?];
             }
             ("s" | "o", [first, ..]) => {

@@ -44,17 +44,6 @@ impl Use {
         }
     }
 
-    /// Two numbers that no other use has.
-    pub(super) fn key(self) -> [u32; 2] {
-        match self {
-            Use::Color => [0, 0],
-            Use::Mask => [1, 0],
-            Use::Alpha => [2, 0],
-            Use::Normal(scale) => [3, scale.to_bits()],
-            Use::Bump(multiplier) => [4, multiplier.to_bits()],
-        }
-    }
-
     /// One texel that stands for a missing picture: mid-grey (linear 0.5), full coverage, or a flat
     /// normal.
     pub(super) fn placeholder(self, name: &str) -> Texture {
@@ -117,19 +106,8 @@ pub(super) fn read(
     })
 }
 
-/// Means of the channels of a picture, 0 to 1, as they are stored.
-pub(super) fn mean(path: &Path, bytes: &[u8]) -> Result<[f32; 4], SceneError> {
-    let (_, _, texels) = decode(path, bytes)?;
-    let sum = |channel: usize| {
-        texels
-            .iter()
-            .map(|texel| u64::from(texel[channel]))
-            .sum::<u64>()
-    };
-    Ok([0, 1, 2, 3].map(|channel| (sum(channel) as f64 / (255.0 * texels.len() as f64)) as f32))
-}
-
-fn decode(path: &Path, bytes: &[u8]) -> Result<(u32, u32, Vec<[u8; 4]>), SceneError> {
+/// Width, height and RGBA texels of a picture; `path` is for messages.
+pub(super) fn decode(path: &Path, bytes: &[u8]) -> Result<(u32, u32, Vec<[u8; 4]>), SceneError> {
     let damaged = |error: image::ImageError| {
         SceneError::file(
             path,

@@ -1,6 +1,6 @@
 //! The surfaces of a scene as rays on the host meet them.
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 
 use super::rays::{Accel, Hit, NO_TRIANGLE, Ray, corners, texture_coordinates};
 use super::texture_sampler::TextureSampler;
@@ -99,6 +99,16 @@ impl<'a> Surfaces<'a> {
             uv,
             offset_m: offset_m([p0, p1, p2]),
         }
+    }
+
+    /// F0 of what is no metal, and roughness; `None` where the material has no lobe.
+    pub(crate) fn lobe(&self, material: &Material, uv: [f32; 2]) -> Option<(Vec3, f32)> {
+        let lobe = material.specular?;
+        let texel = lobe.texture.map_or(Vec4::ONE, |texture| {
+            self.textures
+                .sample(&self.scene.textures[texture as usize], uv)
+        });
+        Some((lobe.f0 * texel.truncate(), lobe.roughness * texel.w))
     }
 
     /// Radiance that the front of a place emits (W/(m² sr)).

@@ -1,15 +1,15 @@
 //! The textures that the materials of a scene ask for, read once each.
 
 use std::borrow::Cow;
-use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::lobes::Recipe;
 use super::mtl::{MapRef, MtlMaterial};
 use super::picture::{self, Use};
-use super::{LoadOptions, Material, SceneError, Texture, paths};
+use super::{LoadOptions, Material, SceneError, Specular, Texture, paths};
 use crate::text::counted;
 
 /// Where the bytes of a picture are.
@@ -70,18 +70,24 @@ impl Picture {
 
 /// One texture to read.
 struct Request {
-    picture: Picture,
-    wanted: Use,
-    /// What is added to values after the second has multiplied them.
-    base_and_gain: [f32; 2],
+    /// The second is of textures that are made of two.
+    pictures: [Option<Picture>; 2],
+    how: How,
+}
+
+/// What pictures become.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum How {
+    /// The first, whose values are added to the first number after the second has multiplied them.
+    One(Use, [f32; 2]),
+    /// Both.
+    Two(Recipe),
 }
 
 /// Collects requests, so that all missing files are reported together and each file is read once.
 #[derive(Default)]
 pub(super) struct TextureRequests {
     requests: Vec<Request>,
-    /// By path, use with its number, and the bits of what is done to values.
-    index_from_picture: HashMap<(PathBuf, [u32; 4]), u32>,
     missing: Vec<String>,
     /// Models and material libraries that were read.
     sources: Vec<PathBuf>,
@@ -95,13 +101,13 @@ impl TextureRequests {
 
     /// All files that the scene is read from, textures included.
     pub(super) fn files(&self) -> impl Iterator<Item = PathBuf> {
-        let textures =
-            self.requests
-                .iter()
-                .filter_map(|request| match request.picture.bytes.as_ref()? {
-                    PictureBytes::File(path) => Some(path),
-                    PictureBytes::Held(_) => None,
-                });
+        let pictures = self.requests.iter().flat_map(|request| &request.pictures);
+        let textures = pictures
+            .flatten()
+            .filter_map(|picture| match picture.bytes.as_ref()? {
+                PictureBytes::File(path) => Some(path),
+                PictureBytes::Held(_) => None,
+            });
         self.sources.iter().chain(textures).cloned()
     }
 
@@ -112,12 +118,19 @@ impl TextureRequests {
         mtl: &MtlMaterial,
         material: Material,
     ) -> Material {
+        let picture = |map: &MapRef| {
+            let wanted_by = format!("material `{}`, {}:{}", mtl.name, file.display(), map.line);
+            Picture::named(paths::folder_of(file), &map.path, &wanted_by)
+        };
+        let specular = material.specular.map(|lobe| {
+            let maps = [&mtl.map_ks, &mtl.map_pr].map(|map| map.as_ref().map(picture));
+            let is_mapped = maps.iter().any(Option::is_some);
+            let texture = is_mapped.then(|| self.add_made(maps, Recipe::ColorAndRoughness));
+            Specular { texture, ..lobe }
+        });
         let mut index = |map: &Option<MapRef>, wanted: Use| {
-            map.as_ref().map(|map| {
-                let wanted_by = format!("material `{}`, {}:{}", mtl.name, file.display(), map.line);
-                let picture = Picture::named(paths::folder_of(file), &map.path, &wanted_by);
-                self.add(picture, wanted, map.base_and_gain)
-            })
+            let map = map.as_ref()?;
+            Some(self.add(picture(map), wanted, map.base_and_gain))
         };
         let bump_multiplier = mtl.bump.as_ref().map_or(1.0, |map| map.bump_multiplier);
         Material {
@@ -126,6 +139,7 @@ impl TextureRequests {
             mask_texture: index(&mtl.map_d, Use::Mask),
             normal_texture: index(&mtl.norm, Use::Normal(1.0))
                 .or_else(|| index(&mtl.bump, Use::Bump(bump_multiplier))),
+            specular,
             ..material
         }
     }
@@ -133,30 +147,41 @@ impl TextureRequests {
     /// The index of a texture: values of the picture (colours, coverage, heights) are added to
     /// the first of `base_and_gain` after the second has multiplied them.
     pub(super) fn add(&mut self, picture: Picture, wanted: Use, base_and_gain: [f32; 2]) -> u32 {
-        let [base, gain] = base_and_gain.map(f32::to_bits);
-        let [kind, number] = wanted.key();
-        let key = (picture.path.clone(), [kind, number, base, gain]);
-        if let Some(index) = self.index_from_picture.get(&key) {
-            return *index;
+        self.request([Some(picture), None], How::One(wanted, base_and_gain))
+    }
+
+    /// The index of a texture that is made of two pictures.
+    pub(super) fn add_made(&mut self, pictures: [Option<Picture>; 2], recipe: Recipe) -> u32 {
+        self.request(pictures, How::Two(recipe))
+    }
+
+    fn request(&mut self, pictures: [Option<Picture>; 2], how: How) -> u32 {
+        let path = |picture: &Option<Picture>| picture.as_ref().map(|picture| picture.path.clone());
+        let wanted = pictures.each_ref().map(path);
+        let is_same =
+            |known: &Request| known.how == how && known.pictures.each_ref().map(path) == wanted;
+        if let Some(index) = self.requests.iter().position(is_same) {
+            return index as u32;
         }
-        if picture.bytes.is_none() {
-            let kind = paths::not_a_file(&picture.path)
-                .map(|kind| format!("{kind}, not a file; "))
-                .unwrap_or_default();
-            self.missing.push(format!(
-                "{} ({kind}{})",
-                picture.path.display(),
-                picture.wanted_by
-            ));
+        for picture in pictures.iter().flatten() {
+            self.note_missing(picture);
         }
         let index = self.requests.len() as u32;
-        self.requests.push(Request {
-            picture,
-            wanted,
-            base_and_gain,
-        });
-        self.index_from_picture.insert(key, index);
+        self.requests.push(Request { pictures, how });
         index
+    }
+
+    fn note_missing(&mut self, picture: &Picture) {
+        if picture.bytes.is_some() {
+            return;
+        }
+        let kind = paths::not_a_file(&picture.path)
+            .map(|kind| format!("{kind}, not a file; "))
+            .unwrap_or_default();
+        let entry = format!("{} ({kind}{})", picture.path.display(), picture.wanted_by);
+        if !self.missing.contains(&entry) {
+            self.missing.push(entry);
+        }
     }
 
     /// Reads all textures, in order of request.
@@ -173,22 +198,37 @@ impl TextureRequests {
                 self.missing.join(", ")
             );
         }
-        let read = |request: &Request| {
-            let Picture {
-                path, name, bytes, ..
-            } = &request.picture;
-            let texture = match bytes {
-                Some(bytes) => picture::read(
-                    path,
-                    &bytes.read(path)?,
-                    name,
-                    request.wanted,
-                    request.base_and_gain,
-                )?,
-                None => request.wanted.placeholder(name),
-            };
-            Ok(Arc::new(texture))
-        };
+        let read = |request: &Request| Ok(Arc::new(request.read()?));
         self.requests.par_iter().map(read).collect()
+    }
+}
+
+impl Request {
+    fn read(&self) -> Result<Texture, SceneError> {
+        let mut names = self.pictures.iter().flatten().map(|picture| &*picture.name);
+        let name = names.next_back().unwrap_or_default();
+        match (self.how, &self.pictures) {
+            (How::One(wanted, base_and_gain), [Some(picture), _]) => match &picture.bytes {
+                Some(bytes) => {
+                    let bytes = bytes.read(&picture.path)?;
+                    picture::read(&picture.path, &bytes, name, wanted, base_and_gain)
+                }
+                None => Ok(wanted.placeholder(name)),
+            },
+            (How::One(wanted, _), _) => Ok(wanted.placeholder(name)),
+            (How::Two(recipe), [first, second]) => {
+                let decoded = |picture: &Option<Picture>| {
+                    let picture = picture.as_ref();
+                    let found =
+                        picture.and_then(|picture| Some((picture, picture.bytes.as_ref()?)));
+                    found
+                        .map(|(picture, bytes)| {
+                            picture::decode(&picture.path, &bytes.read(&picture.path)?)
+                        })
+                        .transpose()
+                };
+                Ok(recipe.make(name, [decoded(first)?, decoded(second)?]))
+            }
+        }
     }
 }

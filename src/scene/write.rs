@@ -32,10 +32,21 @@ impl Scene {
     /// an error, before anything is written.
     pub fn write(&self, folder: &Path) -> Result<PathBuf, SceneError> {
         let mut names = Names::default();
-        let textures: Vec<String> = self
-            .textures
+        let mut file = |name: &str| format!("textures/{}.png", names.unique(name));
+        let lobes: Vec<u32> = self
+            .materials
             .iter()
-            .map(|texture| format!("textures/{}.png", names.unique(&stem(&texture.name))))
+            .filter_map(|material| material.specular?.texture)
+            .collect();
+        let textures: Vec<TextureFiles> = (0..)
+            .zip(&self.textures)
+            .map(|(index, texture)| {
+                let stem = stem(&texture.name);
+                TextureFiles {
+                    color: file(&stem),
+                    roughness: (lobes.contains(&index)).then(|| file(&format!("{stem}_roughness"))),
+                }
+            })
             .collect();
         let mut names = Names::default();
         let models: Vec<(String, &Model)> = self
@@ -51,7 +62,8 @@ impl Scene {
         };
         let written = textures
             .iter()
-            .map(|texture| folder.join(texture))
+            .flat_map(|files| std::iter::once(&files.color).chain(&files.roughness))
+            .map(|file| folder.join(file))
             .chain(models.iter().flat_map(model_files))
             .chain(sky.iter().map(|(path, _)| path.clone()))
             .chain([path.clone()]);
@@ -81,15 +93,26 @@ impl Scene {
     }
 
     /// Writes all textures to their paths relative to `folder`.
-    fn write_textures(&self, folder: &Path, paths: &[String]) -> Result<(), SceneError> {
+    fn write_textures(&self, folder: &Path, files: &[TextureFiles]) -> Result<(), SceneError> {
         if !self.textures.is_empty() {
             let textures = folder.join("textures");
             fs::create_dir_all(&textures).map_err(|error| SceneError::write(&textures, error))?;
         }
         self.textures
             .iter()
-            .zip(paths)
-            .try_for_each(|(texture, path)| write_png(&folder.join(path), texture))
+            .zip(files)
+            .try_for_each(|(texture, files)| {
+                let color = folder.join(&files.color);
+                let Some(roughness) = &files.roughness else {
+                    return write_png(&color, texture);
+                };
+                let with = |texel: fn([u8; 4]) -> [u8; 4]| Texture {
+                    texels: texture.texels.iter().map(|each| texel(*each)).collect(),
+                    ..Texture::clone(texture)
+                };
+                write_png(&color, &with(|[r, g, b, _]| [r, g, b, 255]))?;
+                write_png(&folder.join(roughness), &with(|[.., a]| [a, a, a, 255]))
+            })
     }
 
     fn triangles_of(&self, model: &Model) -> &[Triangle] {
@@ -117,7 +140,7 @@ impl Scene {
             .collect()
     }
 
-    fn mtl(&self, model: &Model, textures: &[String]) -> String {
+    fn mtl(&self, model: &Model, textures: &[TextureFiles]) -> String {
         let mut text = String::new();
         for (index, name) in self.material_names(model) {
             push_material(&mut text, &name, &self.materials[index as usize], textures);
@@ -260,7 +283,15 @@ fn push_light(text: &mut String, light: &Light) {
     };
 }
 
-fn push_material(text: &mut String, name: &str, material: &Material, textures: &[String]) {
+/// Files of a texture, relative to the scene's.
+struct TextureFiles {
+    /// All of it, or the colour of a lobe.
+    color: String,
+    /// The alpha of a lobe.
+    roughness: Option<String>,
+}
+
+fn push_material(text: &mut String, name: &str, material: &Material, textures: &[TextureFiles]) {
     let color = |color: Vec3| format!("{} {} {}", color.x, color.y, color.z);
     let _ = writeln!(text, "newmtl {name}\nKd {}", color(material.albedo));
     if material.emission != Vec3::ZERO || material.emission_texture.is_some() {
@@ -280,10 +311,16 @@ fn push_material(text: &mut String, name: &str, material: &Material, textures: &
         ("map_Ke", material.emission_texture),
         ("map_d", material.mask_texture),
         ("norm", material.normal_texture),
+        ("map_Ks", material.specular.and_then(|lobe| lobe.texture)),
     ];
     for (key, texture) in maps {
-        if let Some(path) = texture.and_then(|index| textures.get(index as usize)) {
-            let _ = writeln!(text, "{key} {path}");
+        let files = texture.and_then(|index| textures.get(index as usize));
+        if let Some(files) = files {
+            let _ = writeln!(text, "{key} {}", files.color);
+        }
+        if let (Some(roughness), "map_Ks") = (files.and_then(|files| files.roughness.as_ref()), key)
+        {
+            let _ = writeln!(text, "map_Pr {roughness}");
         }
     }
     text.push('\n');

@@ -344,6 +344,23 @@ fn picture(texels: [[u8; 4]; 2]) -> String {
     format!("data:image/png;base64,{data}")
 }
 
+/// The sRGB transfer function, decoding.
+fn linear(value: u8) -> f32 {
+    let value = f32::from(value) / 255.0;
+    match value <= 0.04045 {
+        true => value / 12.92,
+        false => ((value + 0.055) / 1.055).powf(2.4),
+    }
+}
+
+/// The same, encoding.
+fn encoded(linear: f32) -> f32 {
+    match linear <= 0.003_130_8 {
+        true => 12.92 * linear,
+        false => 1.055 * linear.powf(1.0 / 2.4) - 0.055,
+    }
+}
+
 #[test]
 fn materials_are_metal_rough() {
     let mut file = File::new();
@@ -394,24 +411,48 @@ fn materials_are_metal_rough() {
     assert_eq!(material.name, "all_of it");
     assert_eq!(material.albedo, Vec3::new(0.5, 0.6, 0.7));
     assert_eq!(material.emission, Vec3::new(8.0, 4.0, 2.0));
-    let specular = material.specular.unwrap();
-    // Means of green and blue: 0.4 and 0.6. ((2 − 1) / (2 + 1))² = 1/9.
-    assert!(
-        (specular.roughness - 0.25 * 0.4).abs() < 1e-6,
-        "{specular:?}"
-    );
-    assert!(
-        (specular.metalness - 0.5 * 0.6).abs() < 1e-6,
-        "{specular:?}"
-    );
-    assert!(near(specular.f0, Vec3::splat(1.0 / 9.0)), "{specular:?}");
     let texels = |index: Option<u32>, kind: TextureKind| {
         let texture = &scene.textures[index.unwrap() as usize];
         assert_eq!(texture.kind, kind);
         texture.texels.clone()
     };
-    let color = texels(material.albedo_texture, TextureKind::Color);
-    assert_eq!(color[1][..3], [40, 50, 60]);
+    // Green is roughness, blue is metalness, of which half counts: F0 is between that of index 2,
+    // 1/9, and the base colour, and the rest of the base colour is diffuse.
+    let lobe = material.specular.unwrap();
+    assert_eq!(
+        (lobe.f0, lobe.roughness, lobe.metalness),
+        (Vec3::ONE, 1.0, 0.0)
+    );
+    let (color, lobes) = (
+        texels(material.albedo_texture, TextureKind::Color),
+        texels(lobe.texture, TextureKind::Color),
+    );
+    for (at, base, roughness, metalness) in [
+        (0, [10u8, 20, 30], 0.25 * 51.0 / 255.0, 0.5 * 102.0 / 255.0),
+        (1, [40, 50, 60], 0.25 * 153.0 / 255.0, 0.5 * 204.0 / 255.0),
+    ] {
+        for channel in 0..3 {
+            let base = linear(base[channel]);
+            let near = |found: u8, expected: f32| {
+                let steps = 255.0 * (encoded(expected) - f32::from(found) / 255.0);
+                assert!(
+                    steps.abs() < 0.51,
+                    "texel {at}: {found}, off by {steps} steps"
+                );
+            };
+            near(color[at][channel], base * (1.0 - metalness));
+            let factor = [0.5, 0.6, 0.7][channel];
+            near(
+                lobes[at][channel],
+                (1.0 - metalness) / 9.0 + metalness * factor * base,
+            );
+        }
+        let steps = 255.0 * roughness - f32::from(lobes[at][3]);
+        assert!(
+            steps.abs() < 0.51,
+            "texel {at}: roughness off by {steps} steps"
+        );
+    }
     // Alpha is there from 0.25 / 0.8 on, which becomes 0.5: 255 is cut off at 1, 64 becomes 102.
     let mask = texels(material.mask_texture, TextureKind::Mask);
     assert_eq!([mask[0][0], mask[1][0]], [255, 102]);

@@ -1,6 +1,7 @@
 //! The path tracer against closed forms, against itself, and against renders of an independent path
 //! tracer.
 
+use crate::support::surfaces::with_lobe_textures;
 use crate::support::{Missing, skipped};
 use std::f32::consts::PI;
 use std::path::{Path, PathBuf};
@@ -427,6 +428,7 @@ fn smooth_metal_mirrors_and_keeps_energy() {
             f0: Vec3::ONE,
             roughness,
             metalness: 1.0,
+            texture: None,
         }),
         ..lambert(1.0)
     };
@@ -463,6 +465,26 @@ fn smooth_metal_mirrors_and_keeps_energy() {
         1.0,
         0.01,
     );
+}
+
+/// Texels that are all alike make the picture that their factors make.
+#[test]
+fn lobes_of_texels_are_those_of_factors() {
+    let plain = Scene::bundled("glossy", &[]).unwrap();
+    let settings = settings(32, 18, Bounces::Count(1), 16);
+    let [expected, found] =
+        [&plain, &with_lobe_textures(&plain)].map(|scene| trace(scene, &settings));
+    for (expected, found) in [
+        (&expected.light.specular, &found.light.specular),
+        (&expected.light.irradiance, &found.light.irradiance),
+    ] {
+        for (expected, found) in expected.pixels.iter().zip(&found.pixels) {
+            assert!(
+                (*expected - *found).length() <= 1e-3 * (1.0 + expected.length()),
+                "{found} for {expected}"
+            );
+        }
+    }
 }
 
 #[test]
@@ -725,10 +747,16 @@ fn bad_settings_and_scenes_are_errors() {
             "{settings:?}"
         );
     }
-    let breakages: [fn(&mut Scene); 4] = [
+    let breakages: [fn(&mut Scene); 5] = [
         |scene| scene.triangles[0].vertices[0] = 1 << 30,
         |scene| scene.triangles[0].material = 99,
         |scene| scene.materials[0].albedo_texture = Some(3),
+        |scene| {
+            scene.materials[0].specular = Some(Specular {
+                texture: Some(3),
+                ..Specular::default()
+            });
+        },
         |scene| scene.vertices[0].position[1] = f32::NAN,
     ];
     for breakage in breakages {

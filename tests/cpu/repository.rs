@@ -480,7 +480,7 @@ fn check_variant(pass: &Pass, queries: bool) -> Result<(), String> {
                             }
                             2 => {
                                 pass.sets == Sets::SceneAndMaterials
-                                    && desc_bind.bind() < 4
+                                    && desc_bind.bind() < lumivox::graph::MATERIAL_TEXTURES as u32
                                     && matches!(desc_ty, DescriptorType::SampledImage())
                             }
                             _ => false,

@@ -455,6 +455,7 @@ fn a_mirror_shows_the_sky() {
             f0: Vec3::ONE,
             roughness: 0.05,
             metalness: 0.0,
+            texture: None,
         }),
         ..Material::default()
     };

@@ -42,6 +42,7 @@ fn glossy(scene: &Scene, roughness: f32) -> Scene {
             f0: Vec3::splat(0.5),
             roughness,
             metalness: 0.0,
+            texture: None,
         });
     }
     scene

@@ -397,6 +397,7 @@ fn tiled_sheet(axis: usize, resolution: u32, random: &mut Random) -> Scene {
         f0: Vec3::splat(0.5),
         roughness: 0.5,
         metalness: 0.5,
+        texture: None,
     });
     let emission = Vec3::new(1.0, 3.0, 2.0);
     scene.materials[0] = Material {

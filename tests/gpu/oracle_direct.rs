@@ -366,6 +366,7 @@ fn peak(roughness: f32) -> Scene {
         f0: Vec3::ONE,
         roughness,
         metalness: 0.0,
+        texture: None,
     });
     let metal = builder.material(Material {
         albedo: Vec3::ZERO,
@@ -405,6 +406,7 @@ fn lobe_scenes() -> Vec<(&'static str, Scene)> {
             f0: Vec3::splat(0.04),
             roughness,
             metalness: 0.0,
+            texture: None,
         }),
         ..Material::default()
     };
@@ -414,6 +416,7 @@ fn lobe_scenes() -> Vec<(&'static str, Scene)> {
             f0: Vec3::new(0.04, 0.5, 1.0),
             roughness,
             metalness: 0.0,
+            texture: None,
         }),
         ..Material::default()
     };
@@ -423,6 +426,7 @@ fn lobe_scenes() -> Vec<(&'static str, Scene)> {
             f0: Vec3::splat(0.04),
             roughness,
             metalness: 1.0,
+            texture: None,
         }),
         ..Material::default()
     };

@@ -54,6 +54,7 @@ fn gbuffer_tolerance(
             0.0
         }
     };
+    let has_lobe_texture = material.specular.is_some_and(|lobe| lobe.texture.is_some());
     let of_channel = |channel: usize| match channel {
         0 => 1e-5 * expected[0],
         1..=3 => OCTAHEDRAL_ERROR,
@@ -63,9 +64,10 @@ fn gbuffer_tolerance(
                 + texels(material.normal_texture.is_some(), 3.0)
         }
         7..=9 | 11..=13 => {
-            1e-6 + HALF_ERROR * expected[channel] + texels(material.albedo_texture.is_some(), 1.0)
+            let is_textured = material.albedo_texture.is_some() || has_lobe_texture;
+            1e-6 + HALF_ERROR * expected[channel] + texels(is_textured, 1.0)
         }
-        10 => 1e-6 + HALF_ERROR * expected[10].abs(),
+        10 => 1e-6 + HALF_ERROR * expected[10].abs() + texels(has_lobe_texture, 1.0),
         17 => 1e-6 + texels(material.normal_texture.is_some(), 0.0),
         _ => {
             1e-6 + 1e-6 * expected[channel]

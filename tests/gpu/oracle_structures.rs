@@ -50,6 +50,7 @@ fn glossy_room(eye: Vec3) -> Scene {
             f0: Vec3::new(f0, 0.8 * f0, 0.6 * f0),
             roughness,
             metalness: 0.0,
+            texture: None,
         });
         builder.material(Material {
             albedo,

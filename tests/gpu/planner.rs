@@ -656,6 +656,7 @@ const GLOSS: Specular = Specular {
     f0: Vec3::splat(0.5),
     roughness: 0.3,
     metalness: 0.0,
+    texture: None,
 };
 
 impl Life {

@@ -25,6 +25,7 @@ pub(super) fn glossy_box(roughness: f32) -> Scene {
             f0: Vec3::splat(0.8),
             roughness,
             metalness: 0.0,
+            texture: None,
         });
     }
     scene

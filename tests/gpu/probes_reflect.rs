@@ -172,6 +172,7 @@ fn an_even_sky_is_mirrored_by_the_split_sum() {
                 f0,
                 roughness,
                 metalness: 0.0,
+                texture: None,
             }),
             ..Material::default()
         });
@@ -239,6 +240,7 @@ fn chequered_room() -> Scene {
             f0: Vec3::splat(0.5),
             roughness: 0.05,
             metalness: 0.0,
+            texture: None,
         }),
         ..Material::default()
     });
@@ -331,6 +333,7 @@ pub(super) fn metal_blocks(roughness: f32) -> Scene {
             f0: Vec3::splat(0.04),
             roughness,
             metalness: 1.0,
+            texture: None,
         }),
         ..Material::default()
     });

@@ -183,6 +183,7 @@ fn mirrors_show_the_radiance_above_points() {
             f0,
             roughness,
             metalness: 0.0,
+            texture: None,
         };
         for material in &mut scene.materials {
             material.specular = Some(specular);

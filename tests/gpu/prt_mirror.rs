@@ -54,6 +54,7 @@ fn room(roughness: f32, has_sun: bool) -> Scene {
         f0: Vec3::splat(0.8),
         roughness,
         metalness: 0.0,
+        texture: None,
     });
     scene.materials.push(wall);
     let glossy = scene.materials.len() as u32 - 1;

@@ -15,6 +15,7 @@ use crate::support::compare::Largest;
 use crate::support::gather::{METRES, View};
 use crate::support::passes::RAYS;
 use crate::support::scenes::{add_model, bundled, lump, random_pose, scene_of, soup, still};
+use crate::support::surfaces::with_lobe_textures;
 use crate::support::technique::frame;
 use crate::support::{Missing, Random, gpu, own_gpu, skipped, words};
 
@@ -453,6 +454,35 @@ fn rougher_hits_have_less_noise() {
     );
     let diffuse = ["0", "0.3"].map(|roughness| two_frames(&gpu, "cornell", roughness));
     assert_eq!(diffuse[0], diffuse[1], "a scene without lobes");
+}
+
+/// Texels that are all alike make the light that their factors make: at the pixel, and where its
+/// rays hit.
+#[test]
+fn lobes_of_texels_are_those_of_factors() {
+    let (gpu, plain) = (gpu(), bundled("glossy"));
+    let pairs = ["rays=4", "interleave=1", "bounces=2"];
+    let settings = ray_traced::ENTRY.settings(None, &pairs).unwrap();
+    let lights = [&plain, &with_lobe_textures(&plain)].map(|scene| {
+        let size = frame(96, 54, 64);
+        let (mut renderer, _) =
+            Renderer::new(&gpu, scene, &ray_traced::ENTRY, &settings, size).unwrap();
+        renderer.render(&scene.camera).unwrap();
+        let light = renderer.indirect_light().unwrap();
+        [light.irradiance, light.specular]
+    });
+    let [expected, found] = lights;
+    for (expected, found) in expected.iter().zip(&found) {
+        let far = |(a, b): &(&Vec3, &Vec3)| a.distance(**b) > 2e-3 * (1.0 + a.length());
+        let far = expected
+            .pixels
+            .iter()
+            .zip(&found.pixels)
+            .filter(far)
+            .count();
+        // A ray that is rounded to another side of an edge sees something else.
+        assert!(far <= expected.pixels.len() / 200, "{far} pixels differ");
+    }
 }
 
 /// The places of pixels, from which rays start, are on the planes of what they see, whatever a

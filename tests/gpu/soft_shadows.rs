@@ -175,6 +175,7 @@ fn an_open_plane_is_lit_as_by_maps() {
             f0: Vec3::splat(0.5),
             roughness: 0.3,
             metalness: 0.0,
+            texture: None,
         }),
     ] {
         let mut builder = Builder::default();

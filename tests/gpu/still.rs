@@ -113,6 +113,7 @@ fn mirrors_of_lamps_leave_no_light_to_the_next_frame() {
                 f0: Vec3::splat(0.5),
                 roughness: 0.3,
                 metalness: 0.0,
+                texture: None,
             });
         }
         let left = walk(&case, &scene, &[]);

@@ -7,8 +7,8 @@ use crate::support::{Missing, gpu, read_words, skipped, words};
 use lumivox::graph::plan::Hazard;
 use lumivox::graph::{
     BatchDispatch, BufferDesc, BufferUsage, ClearOrLoad, DeviceChoice, DrawBatch, Error, Frame,
-    Gpu, GpuOptions, Image, ImageDesc, ImageKind, ImageUsage, Owner, SceneBindings, SceneSet,
-    Targets, vk,
+    Gpu, GpuOptions, Image, ImageDesc, ImageKind, ImageUsage, MATERIAL_TEXTURES, Owner,
+    SceneBindings, SceneSet, Targets, vk,
 };
 
 fn image(
@@ -287,7 +287,9 @@ fn uploads_come_back() {
     let mut frame = Frame::new();
     frame.blit_mips("picture.mips", &picture);
     gpu.submit(frame).unwrap();
-    let materials = gpu.create_material_set([&picture; 4]).unwrap();
+    let materials = gpu
+        .create_material_set([&picture; MATERIAL_TEXTURES])
+        .unwrap();
     assert_eq!(gpu.read_image(&picture, 0, 0).unwrap(), texels);
     drop(materials);
 }
@@ -307,7 +309,8 @@ fn each_batch_sees_its_own_material() {
             ImageUsage::SAMPLED,
         );
         gpu.upload_image(&albedo, 0, 0, &[value; 4]).unwrap();
-        gpu.create_material_set([&albedo; 4]).unwrap()
+        gpu.create_material_set([&albedo; MATERIAL_TEXTURES])
+            .unwrap()
     };
     let mut frame = Frame::new();
     frame.set_scene(&scene, &Arc::from([material(255), material(0)]));

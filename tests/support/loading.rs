@@ -129,6 +129,8 @@ pub fn check_invariants(scene: &Scene) {
     for material in &scene.materials {
         let kind = |texture: Option<u32>| texture.map(|index| scene.textures[index as usize].kind);
         assert!(kind(material.albedo_texture).is_none_or(|kind| kind == TextureKind::Color));
+        let lobe = material.specular.and_then(|lobe| lobe.texture);
+        assert!(kind(lobe).is_none_or(|kind| kind == TextureKind::Color));
         assert!(kind(material.emission_texture).is_none_or(|kind| kind == TextureKind::Color));
         assert!(kind(material.mask_texture).is_none_or(|kind| kind == TextureKind::Mask));
         assert!(kind(material.normal_texture).is_none_or(|kind| kind == TextureKind::Normal));

@@ -242,6 +242,49 @@ pub fn texture(name: &str, kind: TextureKind, size: u32, random: &mut Random) ->
     }
 }
 
+/// The scene with the lobe of each material in a texture. Each has two texels, of which the first
+/// has the factors of before; the other is of another lobe, and no surface is there.
+pub fn with_lobe_textures(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    for triangle in &scene.triangles {
+        if scene.materials[triangle.material as usize]
+            .specular
+            .is_some()
+        {
+            for vertex in triangle.vertices {
+                let vertex = &mut scene.vertices[vertex as usize];
+                (vertex.u, vertex.v) = (0.25, 0.5);
+            }
+        }
+    }
+    for material in &mut scene.materials {
+        let Some(lobe) = &mut material.specular else {
+            continue;
+        };
+        // A texel of the colour that is nearest, and what is missing as a factor.
+        let texel = [128u8, 200, 255, 230];
+        let linear = |value: u8| ((f32::from(value) / 255.0 + 0.055) / 1.055).powf(2.4);
+        let [r, g, b] = [texel[0], texel[1], texel[2]].map(linear);
+        *lobe = Specular {
+            f0: lobe.f0 / Vec3::new(r, g, b),
+            roughness: lobe.roughness / (f32::from(texel[3]) / 255.0),
+            texture: Some(scene.textures.len() as u32),
+            ..*lobe
+        };
+        scene.textures.push(
+            Texture {
+                name: "lobe".into(),
+                kind: TextureKind::Color,
+                width: 2,
+                height: 1,
+                texels: vec![texel, [0, 0, 0, 20]],
+            }
+            .into(),
+        );
+    }
+    scene
+}
+
 /// Adds a parallelogram with its own texture coordinates, whose normals lean outwards by `bend`.
 pub fn sheet(
     builder: &mut Builder,
@@ -264,7 +307,7 @@ pub fn sheet(
 
 /// A room with every kind of surface: textures, normal maps, mirrored and turned texture
 /// coordinates, bent normals, normals on the wrong side, masks, triangles without area, and where
-/// asked for glossy and emissive ones.
+/// asked for glossy ones, with and without a texture of the lobe, and emissive ones.
 pub fn every_surface(glossy: bool, emissive: bool) -> Scene {
     let mut builder = Builder::default();
     let mut random = Random::new(17);
@@ -273,6 +316,7 @@ pub fn every_surface(glossy: bool, emissive: bool) -> Scene {
         ("mask", TextureKind::Mask, 4),
         ("bumps", TextureKind::Normal, 4),
         ("glow", TextureKind::Color, 4),
+        ("lobe", TextureKind::Color, 8),
     ];
     builder.scene.textures = textures
         .map(|(name, kind, size)| texture(name, kind, size, &mut random).into())
@@ -286,6 +330,7 @@ pub fn every_surface(glossy: bool, emissive: bool) -> Scene {
             f0: Vec3::new(f0, 0.5 * f0, 0.04),
             roughness,
             metalness,
+            texture: None,
         })
     };
     let glow = |r: f32| {
@@ -305,7 +350,10 @@ pub fn every_surface(glossy: bool, emissive: bool) -> Scene {
     let bumpy = add(Material {
         albedo_texture: Some(0),
         normal_texture: Some(2),
-        specular: lobe(0.3, 0.35, 0.5),
+        specular: lobe(0.3, 0.9, 0.5).map(|lobe| Specular {
+            texture: Some(4),
+            ..lobe
+        }),
         ..plain.clone()
     });
     let turned = add(Material {

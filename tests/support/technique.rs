@@ -487,6 +487,7 @@ pub fn small_room(surfaces: Surfaces, lights: Vec<Light>) -> Scene {
                 f0: Vec3::splat(0.5),
                 roughness: 0.3,
                 metalness: 0.0,
+                texture: None,
             })
         }
         Surfaces::Emissive => special.emission = Vec3::new(1.0, 2.0, 4.0),

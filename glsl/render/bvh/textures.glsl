@@ -7,11 +7,13 @@
 #include "render/bvh/bindings.glsl"
 
 const uint ALBEDO_TEXTURE = 0u, EMISSION_TEXTURE = 1u, NORMAL_TEXTURE = 2u, MASK_TEXTURE = 3u;
+const uint LOBE_TEXTURE = 4u;
+const uint TEXTURES = 5u; // of a material
 
-vec3 texel_at(uint index) {
+vec4 texel_at(uint index) {
     ivec3 place = ivec3(index & 4095u, index >> 12 & 4095u, index >> 24);
     uint packed = texelFetch(usampler2DArray(texels, nearest_clamp), place, 0).r;
-    return vec3(uvec3(packed, packed >> 8, packed >> 16) & 255u) / 255.0;
+    return vec4(uvec4(packed, packed >> 8, packed >> 16, packed >> 24) & 255u) / 255.0;
 }
 
 vec3 linear_from_srgb(vec3 c) {
@@ -24,21 +26,21 @@ int wrapped(float position, int size) {
 }
 
 // One of a material's textures at (u, v), v upwards; `absent` where it has none.
-vec3 texture_at(uint material, uint slot, vec2 uv, bool is_color, vec3 absent) {
-    uvec2 row = texture_rows[4u * material + slot];
+vec4 texture_at(uint material, uint slot, vec2 uv, bool is_color, vec4 absent) {
+    uvec2 row = texture_rows[TEXTURES * material + slot];
     if (row.y == 0u) return absent;
     ivec2 size = ivec2(row.y & 0xffffu, row.y >> 16);
     precise vec2 place = vec2(uv.x, 1.0 - uv.y) * vec2(size) - 0.5;
     precise vec2 low = floor(place), f = place - low;
     int left = wrapped(low.x, size.x), top = wrapped(low.y, size.y);
     int right = left + 1 == size.x ? 0 : left + 1, bottom = top + 1 == size.y ? 0 : top + 1;
-    vec3 sums[2];
+    vec4 sums[2];
     for (int i = 0; i < 2; ++i) {
         uint first = row.x + uint((i == 0 ? top : bottom) * size.x);
-        vec3 a = texel_at(first + uint(left)), b = texel_at(first + uint(right));
+        vec4 a = texel_at(first + uint(left)), b = texel_at(first + uint(right));
         if (is_color) {
-            a = linear_from_srgb(a);
-            b = linear_from_srgb(b);
+            a.rgb = linear_from_srgb(a.rgb);
+            b.rgb = linear_from_srgb(b.rgb);
         }
         sums[i] = a * (1.0 - f.x) + b * f.x;
     }
@@ -55,7 +57,7 @@ vec2 uv_on(uint triangle, vec2 at) {
 // Whether the mask of the triangle's material leaves a surface there.
 bool is_solid(uint triangle, vec2 at) {
     uint material = triangle_materials[triangle];
-    return texture_at(material, MASK_TEXTURE, uv_on(triangle, at), false, vec3(1.0)).r >= 0.5;
+    return texture_at(material, MASK_TEXTURE, uv_on(triangle, at), false, vec4(1.0)).r >= 0.5;
 }
 
 #endif

@@ -135,8 +135,9 @@ void main() {
     albedo = vec4(base, spread);
 #ifdef GLOSSY
     albedo.rgb *= 1.0 - m.metalness.x;
-    specular = vec4(m.specular.w < 0.0 ? vec3(0.0) : mix(m.specular.rgb, base, m.metalness.x),
-        m.specular.w);
+    vec4 lobe = m.specular; // a roughness of −1 has no texture
+    if (TEXTURED) lobe *= texture(sampler2D(lobe_texture, linear_repeat), uv);
+    specular = vec4(lobe.w < 0.0 ? vec3(0.0) : mix(lobe.rgb, base, m.metalness.x), lobe.w);
 #endif
 #ifdef EMISSIVE
     vec3 radiance = m.emission.rgb;

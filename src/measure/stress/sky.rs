@@ -335,6 +335,7 @@ fn metal_block(roughness: f32) -> Result<Scene, StressError> {
             f0: Vec3::splat(0.04),
             roughness,
             metalness: 1.0,
+            texture: None,
         }),
         ..Material::default()
     });

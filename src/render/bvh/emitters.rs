@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 use super::super::gpu_scene::{GpuMaterial, GpuScene, storage};
 use super::geometry::Geometry;
 use crate::gpu_struct;
-use crate::graph::{Buffer, Error, Gpu, Owner, vk};
+use crate::graph::{Buffer, Error, Gpu, MATERIAL_TEXTURES, Owner, vk};
 use crate::image::luminance;
 
 gpu_struct! {
@@ -77,7 +77,7 @@ impl EmissiveTriangles {
 fn luminances(gpu: &Gpu, scene: &GpuScene) -> Result<Vec<f64>, Error> {
     let materials: Vec<GpuMaterial> =
         bytemuck::pod_collect_to_vec(&gpu.read_buffer(&scene.buffers.materials)?);
-    let of = |(material, textures): (&GpuMaterial, &[Option<u32>; 4])| {
+    let of = |(material, textures): (&GpuMaterial, &[Option<u32>; MATERIAL_TEXTURES])| {
         let [red, green, blue, _] = material.emission;
         let emission = Vec3::new(red, green, blue);
         let tint = match textures[1] {

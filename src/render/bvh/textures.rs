@@ -3,14 +3,16 @@
 use std::sync::Arc;
 
 use super::super::gpu_scene::{GpuScene, storage};
-use crate::graph::{Buffer, Error, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Owner, vk};
+use crate::graph::{
+    Buffer, Error, Gpu, Image, ImageDesc, ImageKind, ImageUsage, MATERIAL_TEXTURES, Owner, vk,
+};
 
 /// Width and largest height of a layer (texels).
 const LAYER: usize = 4096;
 
 /// Where the textures of a material are.
 pub(super) struct SceneTextures {
-    /// Four of each material: first texel; width and height, 16 bits each.
+    /// [`MATERIAL_TEXTURES`] of each material: first texel; width and height, 16 bits each.
     pub(super) rows: Arc<Buffer>,
     /// RGBA8 texels one behind the other, as whole numbers: rows of [`LAYER`].
     pub(super) texels: Arc<Image>,
@@ -39,7 +41,7 @@ impl SceneTextures {
             texels.extend(gpu.read_texture(texture)?);
         }
         let row = |index: &Option<u32>| index.map_or([0; 2], |index| places[index as usize]);
-        let rows: Vec<[[u32; 2]; 4]> = scene
+        let rows: Vec<[[u32; 2]; MATERIAL_TEXTURES]> = scene
             .material_textures
             .iter()
             .map(|textures| textures.each_ref().map(row))

@@ -11,7 +11,7 @@ pub mod motion;
 pub mod shadow;
 pub mod texture;
 
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, DVec4};
 
 use super::GpuLightView;
 use crate::scene::{Camera, Light, Material, Scene};
@@ -361,10 +361,16 @@ impl<'s> Scenery<'s> {
             })
         };
         let base = material.albedo.as_dvec3() * texel(material.albedo_texture);
+        let of_lobe = material
+            .specular
+            .and_then(|lobe| lobe.texture)
+            .map_or(DVec4::ONE, |index| {
+                bilinear(&self.scene.textures[index as usize], uv)
+            });
         let (albedo, f0) = match material.specular {
             Some(lobe) => (
                 base * (1.0 - f64::from(lobe.metalness)),
-                lobe.f0.as_dvec3().lerp(base, lobe.metalness.into()),
+                (lobe.f0.as_dvec3() * of_lobe.truncate()).lerp(base, lobe.metalness.into()),
             ),
             None => (base, DVec3::ZERO),
         };
@@ -375,7 +381,9 @@ impl<'s> Scenery<'s> {
             shading_normal,
             to_eye: -direction.normalize(),
             albedo,
-            roughness: material.specular.map(|lobe| lobe.roughness.into()),
+            roughness: material
+                .specular
+                .map(|lobe| f64::from(lobe.roughness) * of_lobe.w),
             f0,
             emission: if is_front {
                 material.emission.as_dvec3() * texel(material.emission_texture)
@@ -393,6 +401,7 @@ impl<'s> Scenery<'s> {
             material.emission_texture,
             material.normal_texture,
             material.mask_texture,
+            material.specular.and_then(|lobe| lobe.texture),
         ];
         let sizes = textures
             .into_iter()

@@ -277,7 +277,10 @@ impl GBuffer {
         let (masked, draws) = (uses(TextureUse::Masked), scene.draws());
         let pass = (frame.pass(&GBUFFER[index]))
             .constant("MASKED", masked)
-            .constant("TEXTURED", masked || uses(TextureUse::Textured))
+            .constant(
+                "TEXTURED",
+                masked || uses(TextureUse::Textured) || scene.has_lobe_textures,
+            )
             .constant("BUMPED", scene.is_bumped);
         match &self.previous {
             Some(previous) => pass

@@ -167,6 +167,7 @@ fn water(mesh: &mut Mesh) -> u32 {
         f0: Vec3::splat(0.02),
         roughness: 0.08,
         metalness: 0.0,
+        texture: None,
     });
     mesh.material(Material {
         name: String::from("water"),

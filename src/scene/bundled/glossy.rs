@@ -80,6 +80,7 @@ fn build(values: &Values) -> Scene {
                     f0: Vec3::splat(0.04),
                     roughness,
                     metalness,
+                    texture: None,
                 }),
                 ..Material::default()
             });

@@ -1,14 +1,14 @@
 //! Metal-rough materials as [`Material`]s, and which texture coordinates their maps use.
 
-use std::collections::HashMap;
 use std::path::PathBuf;
 
 use glam::{Affine2, Vec2, Vec3};
 use gltf::material::AlphaMode;
 use gltf::texture::{self, WrappingMode};
 
+use super::super::lobes::{MetalRough, Recipe};
 use super::super::mtl::EMISSION_MAX;
-use super::super::picture::{self, Use};
+use super::super::picture::Use;
 use super::super::textures::{Picture, TextureRequests};
 use super::super::{Material, SceneError, Specular, paths};
 use super::Undone;
@@ -59,8 +59,6 @@ pub(super) struct Reader<'a> {
     pub(super) requests: &'a mut TextureRequests,
     /// What is not done.
     pub(super) undone: &'a mut Undone,
-    /// Means of pictures, by image.
-    means: HashMap<usize, [f32; 4]>,
 }
 
 impl<'a> Reader<'a> {
@@ -74,7 +72,6 @@ impl<'a> Reader<'a> {
             file,
             requests,
             undone,
-            means: HashMap::new(),
         }
     }
 
@@ -103,22 +100,16 @@ impl<'a> Reader<'a> {
     ) -> Result<(Material, bool, Lookup), SceneError> {
         let name = name_of(material);
         let mut maps = Maps::default();
-        let (base, base_map, specular) = match material.pbr_specular_glossiness() {
-            Some(glossy) => self.specular_glossy(&glossy),
-            None => self.metal_rough(material, &mut maps)?,
-        };
-        let [r, g, b, alpha] = base;
         let mut converted = Material {
             name,
-            albedo: Vec3::new(r, g, b).clamp(Vec3::ZERO, Vec3::ONE),
-            specular,
             ..Material::default()
         };
-        if let Some(info) = &base_map {
-            converted.albedo_texture =
-                Some(self.texture(&info.texture(), Use::Color, [0.0, 1.0])?);
-            maps.add(info);
-        }
+        let (base, base_map) = match material.pbr_specular_glossiness() {
+            Some(glossy) => self.specular_glossy(&glossy, &mut converted, &mut maps)?,
+            None => self.metal_rough(material, &mut converted, &mut maps)?,
+        };
+        let [r, g, b, alpha] = base;
+        converted.albedo = Vec3::new(r, g, b).clamp(Vec3::ZERO, Vec3::ONE);
         let is_removed = self.cut(material, alpha, base_map.as_ref(), &mut converted)?;
         self.emission(material, &mut converted, &mut maps)?;
         if let Some(normal) = material.normal_texture() {
@@ -139,74 +130,108 @@ impl<'a> Reader<'a> {
         Ok((converted, is_removed, lookup))
     }
 
-    /// Base colour, its map, and the lobe.
+    /// Base colour with its map. The lobe, and the texture of what is diffuse, go to the material.
     fn metal_rough<'m>(
         &mut self,
         material: &gltf::Material<'m>,
+        converted: &mut Material,
         maps: &mut Maps,
     ) -> Result<Base<'m>, SceneError> {
         let pbr = material.pbr_metallic_roughness();
-        let mut roughness = pbr.roughness_factor();
-        let mut metalness = pbr.metallic_factor();
-        if let Some(info) = pbr.metallic_roughness_texture() {
-            let mean = self.mean(&info.texture())?;
-            roughness *= mean[1];
-            metalness *= mean[2];
-            self.undone.add(
-                "maps of roughness and metalness: the mean of each stands for all of its texels",
-            );
+        let base = pbr.base_color_factor();
+        let base_map = pbr.base_color_texture();
+        maps.extend(base_map.as_ref());
+        let factors = MetalRough {
+            base: Vec3::new(base[0], base[1], base[2]),
+            f0: self.f0(material).clamp(Vec3::ZERO, Vec3::ONE),
+            metalness: pbr.metallic_factor().clamp(0.0, 1.0),
+            roughness: pbr.roughness_factor().clamp(0.0, 1.0),
+        };
+        let Some(info) = pbr.metallic_roughness_texture() else {
+            let reflects = factors.f0 != Vec3::ZERO || factors.metalness > 0.0;
+            converted.specular = reflects.then_some(Specular {
+                f0: factors.f0,
+                roughness: factors.roughness,
+                metalness: factors.metalness,
+                texture: None,
+            });
+            converted.albedo_texture = self.color(base_map.as_ref())?;
+            return Ok((base, base_map));
+        };
+        maps.extend(Some(&info));
+        let mut make = |recipe| -> Result<u32, SceneError> {
+            let of = |info: &texture::Info| self.picture(&info.texture().source());
+            let pictures = [base_map.as_ref().map(of).transpose()?, Some(of(&info)?)];
+            Ok(self.requests.add_made(pictures, recipe))
+        };
+        converted.albedo_texture = match factors.metalness {
+            0.0 => None,
+            _ => Some(make(Recipe::Diffuse(factors))?),
+        };
+        converted.specular = Some(Specular {
+            f0: Vec3::ONE,
+            roughness: 1.0,
+            metalness: 0.0,
+            texture: Some(make(Recipe::MetalRough(factors))?),
+        });
+        if converted.albedo_texture.is_none() {
+            converted.albedo_texture = self.color(base_map.as_ref())?;
         }
-        if let Some(info) = pbr.base_color_texture() {
-            maps.add(&info);
-        }
-        let ior = material.ior().unwrap_or(1.5);
-        let mut f0 = Vec3::splat(match ior {
+        Ok((base, base_map))
+    }
+
+    /// F0 of what is no metal.
+    fn f0(&mut self, material: &gltf::Material) -> Vec3 {
+        let f0 = Vec3::splat(match material.ior().unwrap_or(1.5) {
             1.5 => F0,
             // An index of 0 stands for a mirror, in files that had specular-glossy materials.
             0.0 => 1.0,
             ior => ((ior - 1.0) / (ior + 1.0)).powi(2),
         });
-        if let Some(specular) = material.specular() {
-            let color = Vec3::from(specular.specular_color_factor());
-            f0 = (f0 * color).min(Vec3::ONE) * specular.specular_factor();
-            if specular.specular_texture().is_some() || specular.specular_color_texture().is_some()
-            {
-                self.undone.add("maps of KHR_materials_specular");
-            }
-        }
-        let specular = Specular {
-            f0: f0.clamp(Vec3::ZERO, Vec3::ONE),
-            roughness: roughness.clamp(0.0, 1.0),
-            metalness: metalness.clamp(0.0, 1.0),
+        let Some(specular) = material.specular() else {
+            return f0;
         };
-        let reflects = specular.f0 != Vec3::ZERO || specular.metalness > 0.0;
-        Ok((
-            pbr.base_color_factor(),
-            pbr.base_color_texture(),
-            reflects.then_some(specular),
-        ))
+        if specular.specular_texture().is_some() || specular.specular_color_texture().is_some() {
+            self.undone.add("maps of KHR_materials_specular");
+        }
+        let color = Vec3::from(specular.specular_color_factor());
+        (f0 * color).min(Vec3::ONE) * specular.specular_factor()
     }
 
-    /// The same of the older model.
+    /// The same of the older model, whose map has F0 and glossiness.
     fn specular_glossy<'m>(
         &mut self,
         glossy: &gltf::material::PbrSpecularGlossiness<'m>,
-    ) -> Base<'m> {
-        if glossy.specular_glossiness_texture().is_some() {
-            self.undone
-                .add("maps of KHR_materials_pbrSpecularGlossiness");
-        }
-        let specular = Specular {
-            f0: Vec3::from(glossy.specular_factor()).clamp(Vec3::ZERO, Vec3::ONE),
-            roughness: (1.0 - glossy.glossiness_factor()).clamp(0.0, 1.0),
-            metalness: 0.0,
+        converted: &mut Material,
+        maps: &mut Maps,
+    ) -> Result<Base<'m>, SceneError> {
+        let base_map = glossy.diffuse_texture();
+        maps.extend(base_map.as_ref());
+        converted.albedo_texture = self.color(base_map.as_ref())?;
+        let f0 = Vec3::from(glossy.specular_factor()).clamp(Vec3::ZERO, Vec3::ONE);
+        let glossiness = glossy.glossiness_factor().clamp(0.0, 1.0);
+        let map = glossy.specular_glossiness_texture();
+        maps.extend(map.as_ref());
+        let texture = match &map {
+            Some(info) => {
+                let picture = self.picture(&info.texture().source())?;
+                let recipe = Recipe::SpecularGlossy(glossiness);
+                Some(self.requests.add_made([Some(picture), None], recipe))
+            }
+            None => None,
         };
-        let reflects = specular.f0 != Vec3::ZERO;
-        (
-            glossy.diffuse_factor(),
-            glossy.diffuse_texture(),
-            reflects.then_some(specular),
-        )
+        converted.specular = (f0 != Vec3::ZERO).then_some(Specular {
+            f0,
+            roughness: if map.is_some() { 1.0 } else { 1.0 - glossiness },
+            metalness: 0.0,
+            texture,
+        });
+        Ok((glossy.diffuse_factor(), base_map))
+    }
+
+    fn color(&mut self, map: Option<&texture::Info>) -> Result<Option<u32>, SceneError> {
+        map.map(|info| self.texture(&info.texture(), Use::Color, [0.0, 1.0]))
+            .transpose()
     }
 
     /// Where alpha cuts the surface; true where it removes all of it.
@@ -258,7 +283,7 @@ impl<'a> Reader<'a> {
         {
             converted.emission_texture =
                 Some(self.texture(&info.texture(), Use::Color, [0.0, 1.0])?);
-            maps.add(&info);
+            maps.extend(Some(&info));
         }
         Ok(())
     }
@@ -278,25 +303,6 @@ impl<'a> Reader<'a> {
         Ok(Some(self.texture(texture, Use::Alpha, [0.0, gain])?))
     }
 
-    /// Means of a picture's channels, 0 to 1.
-    fn mean(&mut self, texture: &gltf::Texture) -> Result<[f32; 4], SceneError> {
-        let image = texture.source();
-        if let Some(mean) = self.means.get(&image.index()) {
-            return Ok(*mean);
-        }
-        let picture = self.picture(&image)?;
-        let mean = match &picture.bytes {
-            Some(bytes) => picture::mean(&picture.path, &bytes.read(&picture.path)?)?,
-            None => {
-                // It is asked for, and found missing, where textures are read.
-                self.requests.add(picture, Use::Color, [0.0, 1.0]);
-                [1.0; 4]
-            }
-        };
-        self.means.insert(image.index(), mean);
-        Ok(mean)
-    }
-
     fn picture(&self, image: &gltf::Image) -> Result<Picture, SceneError> {
         let (path, wanted_by) = (&self.file.path, format!("images[{}]", image.index()));
         Ok(match self.file.picture(image)? {
@@ -314,15 +320,18 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Base colour with alpha, its map, and the lobe.
-type Base<'m> = ([f32; 4], Option<texture::Info<'m>>, Option<Specular>);
+/// Base colour with alpha, and its map.
+type Base<'m> = ([f32; 4], Option<texture::Info<'m>>);
 
 /// The lookups of a material's maps.
 #[derive(Default)]
 struct Maps(Vec<Lookup>);
 
 impl Maps {
-    fn add(&mut self, info: &texture::Info) {
+    fn extend(&mut self, info: Option<&texture::Info>) {
+        let Some(info) = info else {
+            return;
+        };
         let transform = info.texture_transform();
         let set = transform
             .as_ref()

@@ -31,7 +31,7 @@ vec3 interpolated(vec3 a, vec3 b, vec3 c, vec2 at) {
 // The normal of a material's map, around `normal`, which is returned where the texture coordinates
 // are degenerate.
 vec3 bent_normal(uint material, uvec3 v, vec2 uv, vec3 normal, vec3 edge_1, vec3 edge_2) {
-    if (texture_rows[4u * material + NORMAL_TEXTURE].y == 0u) return normal;
+    if (texture_rows[TEXTURES * material + NORMAL_TEXTURE].y == 0u) return normal;
     vec2 d1 = uvs[v.y] - uvs[v.x], d2 = uvs[v.z] - uvs[v.x];
     float determinant = d1.x * d2.y - d1.y * d2.x;
     vec3 along = (edge_1 * d2.y - edge_2 * d1.y) * sign(determinant);
@@ -40,7 +40,7 @@ vec3 bent_normal(uint material, uvec3 v, vec2 uv, vec3 normal, vec3 edge_1, vec3
     vec3 tangent = normalize(along);
     float handedness = sign(determinant) * sign(dot(cross(edge_1, edge_2), normal));
     vec3 bitangent = cross(normal, tangent) * handedness;
-    vec3 local = texture_at(material, NORMAL_TEXTURE, uv, false, vec3(0.0)) * 2.0 - 1.0;
+    vec3 local = texture_at(material, NORMAL_TEXTURE, uv, false, vec4(0.0)).xyz * 2.0 - 1.0;
     vec3 bent = tangent * local.x + bitangent * local.y + normal * local.z;
     return dot(bent, bent) > 0.0 ? normalize(bent) : normal;
 }
@@ -64,15 +64,17 @@ PathVertex vertex_at(uint triangle, vec2 at, vec3 to_viewer) {
     vertex.normal = dot(shading, vertex.geometric_normal) >= 0.0 ? shading : -shading;
     vertex.to_viewer = to_viewer;
     vec3 base =
-        material.albedo.rgb * texture_at(number, ALBEDO_TEXTURE, uv, true, vec3(1.0));
-    vertex.roughness = material.specular.w;
-    vertex.f0 = mix(material.specular.rgb, base, material.metalness.x);
+        material.albedo.rgb * texture_at(number, ALBEDO_TEXTURE, uv, true, vec4(1.0)).rgb;
+    vec4 lobe = material.specular;
+    if (material.metalness.y > 0.0) lobe *= texture_at(number, LOBE_TEXTURE, uv, true, vec4(1.0));
+    vertex.roughness = lobe.w;
+    vertex.f0 = mix(lobe.rgb, base, material.metalness.x);
     vertex.albedo = base * (1.0 - material.metalness.x);
     vertex.emission = vec3(0.0);
     if (EMITTERS != 0u) {
         if (is_front && material.emission.rgb != vec3(0.0))
             vertex.emission = material.emission.rgb
-                * texture_at(number, EMISSION_TEXTURE, uv, true, vec3(1.0));
+                * texture_at(number, EMISSION_TEXTURE, uv, true, vec4(1.0)).rgb;
     }
     vec3 largest = max(max(abs(a), abs(b)), abs(c));
     vertex.position = interpolated(a, b, c, at);

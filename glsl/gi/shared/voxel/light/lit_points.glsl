@@ -68,7 +68,7 @@ vec3 albedo_at(LitPoint point) {
     Material material = materials[number];
     return material.albedo.rgb * (1.0 - material.metalness.x)
         * texture_at(
-            number, ALBEDO_TEXTURE, uv_on(point.triangle, point.at), true, vec3(1.0));
+            number, ALBEDO_TEXTURE, uv_on(point.triangle, point.at), true, vec4(1.0)).rgb;
 }
 
 // How much of a surface counts for a radiance of the voxel: `normal` is on the lit side, `front`

@@ -158,6 +158,7 @@ fn masks_and_metals() {
         f0: Vec3::ONE,
         roughness: 0.5,
         metalness: 0.75,
+        texture: None,
     });
     let parts = fragments(&scene, &UNIT_GRID);
     assert!(parts.iter().all(|part| part.triangle == 1));
