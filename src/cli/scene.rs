@@ -10,11 +10,13 @@ use super::CliError;
 use super::common::{LoadArgs, say};
 use super::write::check_output_folder;
 
-/// List the bundled scenes, or write one (or a copy of any scene) as TOML, OBJ, MTL and PNG files.
+/// List the bundled scenes, or write one (or a copy of any scene) as TOML, OBJ, MTL and PNG files,
+/// or as glTF.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n\
 \x20 lumivox scene --list\n\
 \x20 lumivox scene bundled:two-rooms --set door=0.5 -o two-rooms\n\
+\x20 lumivox scene bundled:atrium --format gltf -o atrium\n\
 \x20 lumivox scene bundled:atrium --with 'environment.clear_sky = {}' -o outdoors")]
 pub(crate) struct Args {
     /// A bundled scene's name, or the path of a .toml, .obj, .gltf or .glb file.
@@ -27,6 +29,9 @@ pub(crate) struct Args {
     /// described.
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
+    /// Which files to write: obj for TOML, OBJ, MTL and PNG, or gltf for glTF 2.0 and PNG.
+    #[arg(long, value_enum, default_value_t = Format::Obj, requires = "output")]
+    format: Format,
     /// A parameter of the bundled scene (repeatable).
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -36,6 +41,13 @@ pub(crate) struct Args {
     with: Vec<String>,
     #[command(flatten)]
     load: LoadArgs,
+}
+
+/// What a scene is written as.
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum Format {
+    Obj,
+    Gltf,
 }
 
 /// Lists, or loads and writes.
@@ -54,7 +66,11 @@ pub(crate) fn run(args: &Args) -> Result<(), CliError> {
         .map_err(CliError::input)?;
     print_summary(&scene);
     if let Some(folder) = &args.output {
-        let path = scene.write(folder).map_err(CliError::failed)?;
+        let path = match args.format {
+            Format::Obj => scene.write(folder),
+            Format::Gltf => scene.write_gltf(folder),
+        };
+        let path = path.map_err(CliError::failed)?;
         say(&format!("written to {}", path.display()));
     }
     Ok(())

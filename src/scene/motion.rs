@@ -55,6 +55,14 @@ impl Motion {
         })
     }
 
+    /// Rotation and translation at a time.
+    pub(super) fn pose_at(&self, time_s: f32) -> (Quat, Vec3) {
+        let transform = self.transform_at(time_s);
+        transform.map_or((Quat::IDENTITY, Vec3::ZERO), |(rotation, translate)| {
+            (Quat::from_mat3(&rotation), translate)
+        })
+    }
+
     /// Rotation and translation, or `None` where they change nothing.
     fn transform_at(&self, time_s: f32) -> Option<(Mat3, Vec3)> {
         let next = self

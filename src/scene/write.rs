@@ -67,15 +67,7 @@ impl Scene {
             .chain(models.iter().flat_map(model_files))
             .chain(sky.iter().map(|(path, _)| path.clone()))
             .chain([path.clone()]);
-        for file in written {
-            if self.files.iter().any(|known| is_same_file(known, &file)) {
-                return Err(SceneError::file(
-                    &file,
-                    "the scene was read from this file, which would be replaced",
-                    "write into another folder",
-                ));
-            }
-        }
+        check_not_read(&self.files, written)?;
         self.write_textures(folder, &textures)?;
         fs::create_dir_all(folder).map_err(|error| SceneError::write(folder, error))?;
         for (name, model) in &models {
@@ -402,11 +394,28 @@ fn vector(vector: Vec3) -> String {
     text::vector(vector.to_array())
 }
 
+/// An error where a file that is to be written is one that was read.
+pub(super) fn check_not_read(
+    read: &[PathBuf],
+    written: impl IntoIterator<Item = PathBuf>,
+) -> Result<(), SceneError> {
+    for file in written {
+        if read.iter().any(|known| is_same_file(known, &file)) {
+            return Err(SceneError::file(
+                &file,
+                "the scene was read from this file, which would be replaced",
+                "write into another folder",
+            ));
+        }
+    }
+    Ok(())
+}
+
 fn write_file(path: &Path, text: &str) -> Result<(), SceneError> {
     output::write_text(path, text).map_err(|error| SceneError::write(path, error))
 }
 
-fn write_png(path: &Path, texture: &Texture) -> Result<(), SceneError> {
+pub(super) fn write_png(path: &Path, texture: &Texture) -> Result<(), SceneError> {
     let bytes: &[u8] = bytemuck::cast_slice(&texture.texels);
     let (width, height) = (texture.width, texture.height);
     output::write_file(path, |file| {
@@ -416,7 +425,7 @@ fn write_png(path: &Path, texture: &Texture) -> Result<(), SceneError> {
 }
 
 /// A texture's name without folders and extension.
-fn stem(name: &str) -> String {
+pub(super) fn stem(name: &str) -> String {
     let stem = Path::new(name).file_stem().unwrap_or_default();
     stem.to_string_lossy().into_owned()
 }
@@ -425,7 +434,7 @@ fn stem(name: &str) -> String {
 const LONGEST_NAME: usize = 240;
 
 /// The name with everything replaced that has a meaning in a path, no longer than a file's may be.
-fn file_name(name: &str) -> String {
+pub(super) fn file_name(name: &str) -> String {
     let kept = |c: char| {
         if c.is_alphanumeric() || matches!(c, '-' | '_' | ' ') {
             c
@@ -445,11 +454,11 @@ fn file_name(name: &str) -> String {
 
 /// Names given so far; a name that is taken gets a number.
 #[derive(Default)]
-struct Names(BTreeSet<String>);
+pub(super) struct Names(BTreeSet<String>);
 
 impl Names {
     /// A name fit for a file, different from all others in more than upper and lower case.
-    fn unique(&mut self, wanted: &str) -> String {
+    pub(super) fn unique(&mut self, wanted: &str) -> String {
         self.add(&file_name(wanted), str::to_lowercase)
     }
 

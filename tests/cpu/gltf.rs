@@ -1,11 +1,14 @@
 //! glTF files: what is read of them is what their numbers say, by formulas of the specification.
 
 use crate::support::loading::{check_scene, load, round_trip, write_anew};
+use crate::support::surfaces::every_surface;
 use std::path::Path;
 
 use base64::Engine as _;
-use glam::{DAffine3, DQuat, DVec3, Vec3};
-use lumivox::scene::{Light, LoadOptions, Scene, TextureKind};
+use glam::{DAffine3, DQuat, DVec3, Vec3, Vec4};
+use lumivox::scene::{
+    Keyframe, Light, LoadOptions, Material, Motion, Pose, Scene, TextureKind, Vertex, bundled,
+};
 use serde_json::{Value, json};
 
 /// A file in the making: its JSON, and the bytes of its only buffer.
@@ -965,6 +968,183 @@ fn damaged_binary_files_never_panic() {
             }
             write_anew(&path, &damaged);
             check_scene(&path);
+        }
+    }
+}
+
+/// What a scene that was written as glTF and loaded again differs in, at most (relative).
+const ROUNDED: f32 = 2e-5;
+
+/// Every bundled scene, and one with maps of all kinds, is the same scene after it was written as
+/// glTF and loaded again, but for what glTF has no word for.
+#[test]
+fn scenes_survive_being_written() {
+    let mut scenes: Vec<Scene> = bundled::TABLE
+        .iter()
+        .map(|row| Scene::bundled(row.name, &[]).unwrap())
+        .collect();
+    // Loaded from a file, it has no triangles without area.
+    let folder = tempfile::tempdir().unwrap();
+    scenes.push(load(
+        &every_surface(true, true).write(folder.path()).unwrap(),
+    ));
+    let mut moving = Scene::bundled("lit-sphere", &[]).unwrap();
+    let rest = moving.vertices.clone();
+    let pose = |rotate_deg: [f32; 3], translate: [f32; 3]| Pose {
+        rotate_deg: rotate_deg.into(),
+        translate: translate.into(),
+    };
+    moving.models[0].dynamic = true;
+    moving.models[0].motion = Some(Motion {
+        first_vertex: 0,
+        rest,
+        keyframes: vec![
+            Keyframe {
+                time_s: -1.0,
+                pose: pose([0.0; 3], [-1.0, 0.0, 0.0]),
+            },
+            Keyframe {
+                time_s: 1.0,
+                pose: pose([10.0, 80.0, -30.0], [1.0, 2.0, 3.0]),
+            },
+            Keyframe {
+                time_s: 3.0,
+                pose: pose([0.0, 170.0, 0.0], [0.0; 3]),
+            },
+        ],
+    });
+    scenes.push(moving);
+    for mut scene in scenes {
+        let folder = tempfile::tempdir().unwrap();
+        let mut loaded = load(&scene.write_gltf(folder.path()).unwrap());
+        let name = scene.name.clone();
+        assert_eq!(loaded.triangles.len(), scene.triangles.len(), "{name}");
+        assert_eq!(loaded.moves(), scene.moves(), "{name}");
+        for time_s in [0.0, 0.7, 1.0, 2.4, 9.0] {
+            scene.set_time(time_s);
+            loaded.set_time(time_s);
+            compare_surfaces(&name, &scene, &loaded);
+            if !scene.moves() {
+                break;
+            }
+        }
+        let close = |a: Vec3, b: Vec3| a.distance(b) <= ROUNDED * (1.0 + a.length());
+        let (camera, other) = (&scene.camera, &loaded.camera);
+        assert!(close(camera.eye, other.eye), "{name}");
+        for (a, b) in camera.basis().iter().zip(other.basis()) {
+            assert!(close(*a, b), "{name}: {a} became {b}");
+        }
+        assert!((camera.vfov_deg - other.vfov_deg).abs() < 1e-3, "{name}");
+        if scene.lights.is_empty() {
+            continue;
+        }
+        assert_eq!(scene.lights.len(), loaded.lights.len(), "{name}");
+        let points = [Vec3::new(0.3, -2.0, 0.7), Vec3::new(-1.0, 0.1, 2.0)];
+        for (light, other) in scene.lights.iter().zip(&loaded.lights) {
+            for point in points {
+                let ((to, _, a), (other_to, _, b)) = (light.sample(point), other.sample(point));
+                assert!(close(to, other_to), "{name}: {light:?} became {other:?}");
+                assert!(
+                    a.distance(b) <= 1e-3 * (a.length() + 1e-6),
+                    "{name}: {a} became {b}"
+                );
+            }
+        }
+    }
+}
+
+/// The triangles of two scenes, in whatever order, and what they are made of.
+fn compare_surfaces(name: &str, scene: &Scene, loaded: &Scene) {
+    let close = |a: Vec3, b: Vec3| a.distance(b) <= ROUNDED * (1.0 + a.length());
+    // Models and materials keep their order; in a file, what stands still comes first.
+    for (index, (a, b)) in scene.triangles.iter().zip(&loaded.triangles).enumerate() {
+        let [material, other] = [(scene, a), (loaded, b)]
+            .map(|(scene, triangle)| &scene.materials[triangle.material as usize]);
+        assert_eq!(material.name.trim(), other.name, "{name}");
+        assert!(
+            close(material.emission, other.emission),
+            "{name}: {material:?}, {other:?}"
+        );
+        for (a, b) in a.vertices.iter().zip(b.vertices) {
+            let (a, b) = (&scene.vertices[*a as usize], &loaded.vertices[b as usize]);
+            assert!(
+                close(a.position.into(), b.position.into()),
+                "{name}, {index}: {a:?}, {b:?}"
+            );
+            assert!(
+                close(a.normal.into(), b.normal.into()),
+                "{name}, {index}: {a:?}, {b:?}"
+            );
+            let uv = |vertex: &Vertex| Vec3::new(vertex.u, vertex.v, 0.0);
+            assert!(close(uv(a), uv(b)), "{name}, {index}: {a:?}, {b:?}");
+        }
+        // Diffuse albedo, F0 and roughness at a texel, however they are written down.
+        let lobe = |scene: &Scene, material: &Material| {
+            let texel = |texture: Option<u32>| {
+                texture.map_or(Vec4::ONE, |texture| {
+                    scene.textures[texture as usize].texel(3, 2)
+                })
+            };
+            let base = material.albedo * texel(material.albedo_texture).truncate();
+            let lobe = material.specular.unwrap_or_default();
+            let texel = texel(lobe.texture);
+            let f0 = (lobe.f0 * texel.truncate()).lerp(base, lobe.metalness);
+            let is_there = material.specular.is_some();
+            (
+                base * (1.0 - lobe.metalness),
+                f0,
+                lobe.roughness * texel.w,
+                is_there,
+            )
+        };
+        let (diffuse, f0, roughness, is_there) = lobe(scene, material);
+        let found = lobe(loaded, other);
+        let mapped = material.specular.is_some_and(|lobe| lobe.texture.is_some());
+        // 8 bits a channel, where there is a texture.
+        let [color, value] = if mapped {
+            [0.01, 0.004]
+        } else {
+            [ROUNDED, 1e-6]
+        };
+        let is_same = diffuse.distance(found.0) <= color
+            && f0.distance(found.1) <= color
+            && (roughness - found.2).abs() <= value
+            && is_there == found.3;
+        assert!(is_same, "{name}: {material:?} became {other:?}");
+        let texels = |scene: &Scene, texture: Option<u32>| -> Vec<[u8; 3]> {
+            let texels = texture.map(|index| &scene.textures[index as usize].texels);
+            texels.map_or_else(Vec::new, |texels| {
+                texels.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect()
+            })
+        };
+        if index == 0 || scene.triangles[index - 1].material != a.material {
+            for (a, b) in [
+                (material.albedo_texture, other.albedo_texture),
+                (material.emission_texture, other.emission_texture),
+                (material.normal_texture, other.normal_texture),
+            ] {
+                let is_seen = a.is_some() || material.mask_texture.is_none();
+                let is_lit = a != material.emission_texture || material.emission != Vec3::ZERO;
+                if is_seen && is_lit {
+                    assert_eq!(
+                        texels(scene, a),
+                        texels(loaded, b),
+                        "{name}: {}",
+                        material.name
+                    );
+                }
+            }
+            let holes = |scene: &Scene, texture: Option<u32>| -> Vec<bool> {
+                let texels = texels(scene, texture);
+                texels.iter().map(|[r, ..]| *r >= 128).collect()
+            };
+            let (a, b) = (material.mask_texture, other.mask_texture);
+            let [a, b] = [holes(scene, a), holes(loaded, b)];
+            // A mask may have been stretched to the size of its colour.
+            if a.len() == b.len() {
+                assert_eq!(a, b, "{name}: {}", material.name);
+            }
+            assert_eq!(a.is_empty(), b.is_empty(), "{name}: {}", material.name);
         }
     }
 }

@@ -51,6 +51,7 @@ const NOT_RUN: &[(&str, &str)] = &[
     ("--merge", "it gathers what other lines measure"),
     ("my-scene/scene.toml", "the page's block is that scene"),
     ("thing.obj", "it is the reader's own model"),
+    ("thing.glb", "it is the reader's own model"),
 ];
 
 /// Replaces the value of an option, or adds the option.

@@ -522,11 +522,11 @@ fn bad_paths() {
         &load_error(&at("a.obj")),
         &["a.obj", "this is a folder"],
     );
-    std::fs::write(at("a.gltf"), "{}").unwrap();
+    std::fs::write(at("a.fbx"), "{}").unwrap();
     check_message(
         "another format",
-        &load_error(&at("a.gltf")),
-        &["a.gltf", "neither"],
+        &load_error(&at("a.fbx")),
+        &["a.fbx", "no .toml, .obj, .gltf or .glb file"],
     );
     std::fs::write(at("b.toml"), b"# ok\n\xff\xfe\n").unwrap();
     check_message(

@@ -12,6 +12,7 @@ mod file;
 mod geometry;
 mod materials;
 mod nodes;
+mod write;
 
 use std::collections::BTreeMap;
 use std::path::Path;
