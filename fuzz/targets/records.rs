@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 use lumivox::measure::records::{Records, read_records};
 use lumivox::measure::stress::results::{Results, summary};
 use lumivox::measure::stress::{CASES, Record};
-use lumivox::measure::sweep::{Cost, PictureFolder, Point, Section, Troubles, page};
+use lumivox::measure::chart::{Cost, PictureFolder, Point, Section, Troubles, page};
 
 static FOLDER: LazyLock<PathBuf> = LazyLock::new(lumivox_fuzz::folder);
 

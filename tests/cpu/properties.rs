@@ -32,7 +32,7 @@ fn files_of_the_fuzzers_load_or_are_refused() {
     let path = |kind: &str| folder.path().join(format!("scene.{kind}"));
     let fuzz = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz");
     let files = |parts: [&str; 2]| std::fs::read_dir(fuzz.join(parts[0]).join(parts[1]));
-    for kind in ["obj", "mtl", "toml"] {
+    for kind in ["obj", "mtl", "toml", "gltf"] {
         let found = files(["corpus", kind]).into_iter().flatten();
         let all: Vec<_> = files(["seeds", kind]).unwrap().chain(found).collect();
         assert!(!all.is_empty(), "{kind}");
@@ -40,7 +40,8 @@ fn files_of_the_fuzzers_load_or_are_refused() {
             write_anew(&path("obj"), OBJ);
             write_anew(&path("mtl"), MTL);
             write_anew(&path(kind), std::fs::read(file.unwrap().path()).unwrap());
-            check_scene(&path(if kind == "toml" { "toml" } else { "obj" }));
+            let is_read_itself = ["toml", "gltf"].contains(&kind);
+            check_scene(&path(if is_read_itself { kind } else { "obj" }));
         }
     }
 }

@@ -9,6 +9,7 @@ use gltf::accessor::sparse::IndexType;
 use gltf::accessor::{DataType, Dimensions};
 use gltf::json::validation::Checked;
 use gltf::{Accessor, Document, buffer, image};
+use serde_json::Value;
 
 use super::super::{SceneError, paths};
 use crate::text::counted;
@@ -401,7 +402,7 @@ fn parse(path: &Path, json: &[u8]) -> Result<gltf::json::Root, SceneError> {
         Ok(root) => return Ok(root),
         Err(error) => error,
     };
-    let mut value: serde_json::Value = serde_json::from_slice(json).unwrap_or_default();
+    let mut value: Value = serde_json::from_slice(json).unwrap_or_default();
     let version = &value["asset"]["version"];
     let version = version
         .as_str()
@@ -411,25 +412,25 @@ fn parse(path: &Path, json: &[u8]) -> Result<gltf::json::Root, SceneError> {
     }
     // What may be missing, and the crate's types have: the nodes of a scene, and those of channels
     // that move something else.
-    if let Some(scenes) = value["scenes"].as_array_mut() {
-        for scene in scenes
-            .iter_mut()
-            .filter_map(serde_json::Value::as_object_mut)
-        {
-            scene
-                .entry("nodes")
-                .or_insert_with(|| serde_json::json!([]));
-        }
+    for scene in list_in(&mut value, "scenes").filter_map(Value::as_object_mut) {
+        scene
+            .entry("nodes")
+            .or_insert_with(|| Value::Array(Vec::new()));
     }
-    if let Some(animations) = value["animations"].as_array_mut() {
-        for animation in animations {
-            if let Some(channels) = animation["channels"].as_array_mut() {
-                channels.retain(|channel| !channel["target"]["node"].is_null());
-            }
+    for animation in list_in(&mut value, "animations") {
+        let channels = animation.get_mut("channels").and_then(Value::as_array_mut);
+        if let Some(channels) = channels {
+            channels.retain(|channel| !channel["target"]["node"].is_null());
         }
     }
     gltf::json::deserialize::from_value(value)
         .map_err(|_| SceneError::file(path, format!("the JSON: {error}"), DAMAGED))
+}
+
+/// The elements of a list; none where there is no such list.
+fn list_in<'v>(value: &'v mut Value, name: &str) -> impl Iterator<Item = &'v mut Value> {
+    let list = value.get_mut(name).and_then(Value::as_array_mut);
+    list.into_iter().flatten()
 }
 
 fn component_bytes(kind: DataType) -> usize {

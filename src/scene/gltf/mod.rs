@@ -30,7 +30,7 @@ use super::light::LIGHT_MAX;
 use super::model::{EXTENT_MIN, Use};
 use super::textures::TextureRequests;
 use super::toml::COORDINATE_MAX;
-use super::{Camera, Keyframe, Light, Pose, SceneError, paths};
+use super::{Camera, Keyframe, Light, Motion, Pose, SceneError, paths};
 use crate::text::{counted, number};
 
 /// Lumens in a watt of light of 555 nm, by which exporters of radiometric units multiply.
@@ -155,6 +155,17 @@ pub(super) fn load(
             ));
         }
         counts.zero_area += part.drop_triangles_without_area();
+        if !part.keyframes.is_empty() {
+            // Far from the origin they may lose it by rounding.
+            let motion = Motion {
+                first_vertex: 0,
+                rest: part.vertices.clone(),
+                keyframes: part.keyframes.clone(),
+            };
+            part.vertices = motion.vertices_at(0.0).collect();
+            counts.zero_area += part.drop_triangles_without_area();
+            part.vertices = motion.rest;
+        }
         part.materials.clone_from(&materials.list);
         if !part.triangles.is_empty() {
             contents.parts.push(part);
