@@ -36,7 +36,8 @@ pub struct GpuOptions {
     /// With the validation layer, which checks every access to a buffer too: slow, and clamps
     /// nothing.
     pub check_accesses: bool,
-    /// The folder in which what the host has worked out is kept; `None`: nothing is.
+    /// The folder in which compiled pipelines and what the host has worked out are kept; `None`:
+    /// nothing is.
     pub cache_dir: Option<PathBuf>,
     /// Told what the host works out that takes long, and which share of it is done, 0 to 1, from
     /// any thread.
@@ -95,7 +96,7 @@ impl Gpu {
     /// Opens a device.
     pub fn new(options: &GpuOptions) -> Result<Self, Error> {
         let instance = Instance::new(&options.instance())?;
-        let device = Device::new(&instance, &options.device)?;
+        let device = Device::new(&instance, &options.device, options.cache_dir.as_deref())?;
         let device_rays = device_rays(device.adapter(), options.device_rays)?;
         let runner = Runner {
             commands: Commands::new(&device)?,

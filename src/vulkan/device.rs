@@ -1,6 +1,7 @@
 //! The logical device: one queue, its memory, and names for debuggers.
 
 use std::ffi::CStr;
+use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -9,6 +10,7 @@ use ash::vk;
 use super::adapter::RAY_QUERY_EXTENSIONS;
 use super::fault::Planted;
 use super::memory::Memory;
+use super::pipeline_cache::PipelineCache;
 use super::{Adapter, Context, Error, Faults, Instance, Owner, debug};
 
 /// Which device to use.
@@ -43,19 +45,25 @@ pub struct Device {
     next_id: AtomicU64,
     retired: Mutex<Vec<u64>>,
     planted: Arc<Planted>,
+    pipelines: PipelineCache,
     instance: Arc<Instance>,
 }
 
 impl Device {
-    /// Chooses and opens a device.
-    pub fn new(instance: &Arc<Instance>, choice: &DeviceChoice) -> Result<Arc<Self>, Error> {
-        Self::of(instance, choose(instance.adapters()?, choice)?, false)
+    /// Chooses and opens a device. Compiled pipelines are kept in `cache_dir`.
+    pub fn new(
+        instance: &Arc<Instance>,
+        choice: &DeviceChoice,
+        cache_dir: Option<&Path>,
+    ) -> Result<Arc<Self>, Error> {
+        let adapter = choose(instance.adapters()?, choice)?;
+        Self::of(instance, adapter, (false, cache_dir))
     }
 
     pub(super) fn of(
         instance: &Arc<Instance>,
         adapter: Adapter,
-        presents: bool,
+        (presents, cache_dir): (bool, Option<&Path>),
     ) -> Result<Arc<Self>, Error> {
         let family = adapter.queue_family.unwrap_or(0);
         let raw = open(instance, &adapter, family, presents)?;
@@ -82,6 +90,9 @@ impl Device {
             .ray_query
             .then(|| ash::khr::acceleration_structure::Device::new(instance.raw(), &raw));
         let (next_id, retired) = (AtomicU64::new(1), Mutex::new(Vec::new()));
+        // SAFETY: the physical device is the instance's.
+        let properties = unsafe { instance.raw().get_physical_device_properties(adapter.raw) };
+        let pipelines = PipelineCache::new(&raw, &properties, cache_dir);
         Ok(Arc::new(Device {
             raw,
             queue,
@@ -93,6 +104,7 @@ impl Device {
             next_id,
             retired,
             planted,
+            pipelines,
             instance: Arc::clone(instance),
         }))
     }
@@ -167,6 +179,11 @@ impl Device {
         &self.raw
     }
 
+    /// What pipelines are made with.
+    pub(super) fn pipeline_cache(&self) -> vk::PipelineCache {
+        self.pipelines.raw()
+    }
+
     pub(super) fn queue(&self) -> vk::Queue {
         self.queue
     }
@@ -214,6 +231,7 @@ impl Drop for Device {
             );
         }
         self.memory.close();
+        self.pipelines.close(&self.raw);
         // SAFETY: every object keeps its device alive, so none is left, and every submission is
         // waited for where it is made.
         unsafe { self.raw.destroy_device(None) };

@@ -19,6 +19,7 @@ mod memory;
 #[cfg(feature = "view")]
 mod painter;
 mod pipeline;
+mod pipeline_cache;
 mod query;
 mod structure;
 #[cfg(feature = "view")]

@@ -89,7 +89,7 @@ impl Pipeline {
         let created = unsafe {
             device
                 .raw()
-                .create_compute_pipelines(vk::PipelineCache::null(), &[info], None)
+                .create_compute_pipelines(device.pipeline_cache(), &[info], None)
         };
         Self::finish(
             device,
@@ -174,7 +174,7 @@ impl Pipeline {
         let created = unsafe {
             device
                 .raw()
-                .create_graphics_pipelines(vk::PipelineCache::null(), &[info], None)
+                .create_graphics_pipelines(device.pipeline_cache(), &[info], None)
         };
         Self::finish(
             device,

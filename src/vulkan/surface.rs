@@ -121,7 +121,7 @@ impl Device {
         }
         let adapter =
             choose(fitting.clone(), choice).or_else(|_| choose(fitting, &DeviceChoice::Best))?;
-        Self::of(instance, adapter, true)
+        Self::of(instance, adapter, (true, None))
     }
 }
 

@@ -2,10 +2,11 @@
 //! maps, takes other lights; scenes take overlays.
 
 use crate::support::technique::{Surfaces, default_cases, frame, small_lights, small_room};
-use crate::support::{Random, gpu};
+use crate::support::{Random, gpu, own_gpu};
 use glam::Vec3;
 use lumivox::frame::Renderer;
 use lumivox::gi::registry::find;
+use lumivox::graph::GpuOptions;
 use lumivox::image::Aov;
 use lumivox::render::{GpuScene, MapChannel, SurfaceChannel};
 use lumivox::scene::{Camera, Light, Scene, camera_toml, lights_toml};
@@ -193,4 +194,32 @@ fn reflective_maps_are_as_fine_as_voxels_need() {
             );
         }
     }
+}
+
+/// Pictures are the same without compiled pipelines on disk, with those of the device before, and
+/// with files that are damaged. Some drivers keep nothing there.
+#[test]
+fn pipelines_on_disk_change_no_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = small_room(Surfaces::Diffuse, vec![small_lights()[0].1]);
+    let entry = find("voxel-mips").unwrap();
+    let settings = entry.settings(None, &["resolution=16"]).unwrap();
+    let picture = || {
+        let gpu = own_gpu(&GpuOptions {
+            cache_dir: Some(folder.path().to_owned()),
+            ..GpuOptions::default()
+        });
+        let (mut renderer, _) =
+            Renderer::new(&gpu, &scene, entry, &settings, frame(32, 24, 64)).unwrap();
+        renderer.render(&scene.camera).unwrap();
+        renderer.aov(Aov::Full).unwrap()
+    };
+    let first = picture();
+    assert!(first == picture(), "with what the first device left");
+    for file in std::fs::read_dir(folder.path()).unwrap() {
+        let path = file.unwrap().path();
+        let bytes = std::fs::read(&path).unwrap();
+        std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
+    }
+    assert!(first == picture(), "with damaged files");
 }
