@@ -9,8 +9,9 @@ use crate::image::srgb_from_linear;
 /// How two pictures become a texture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Recipe {
-    /// Colour of the first as F0, red of the second as roughness (`map_Ks` and `map_Pr`).
-    ColorAndRoughness,
+    /// Colour of the first, red of the second as alpha: F0 and roughness (`map_Ks` and `map_Pr`),
+    /// or a colour and its mask.
+    ColorAndAlpha,
     /// Colour of the first as F0; roughness is 1 less its alpha times this (glTF's specular-glossy
     /// materials).
     SpecularGlossy(f32),
@@ -40,7 +41,7 @@ impl Recipe {
     fn texel(self, first: Vec4, second: Vec4) -> (Vec3, f32) {
         let color = first.truncate();
         match self {
-            Recipe::ColorAndRoughness => (color, second.x),
+            Recipe::ColorAndAlpha => (color, second.x),
             Recipe::SpecularGlossy(glossiness) => (color, 1.0 - glossiness * first.w),
             Recipe::MetalRough(factors) => (
                 (factors.f0).lerp(factors.base * color, factors.metalness * second.z),
@@ -103,7 +104,7 @@ mod tests {
         let first: Vec<[u8; 4]> = (0..=255u8).map(|v| [v, 255 - v, v ^ 85, 255]).collect();
         let second: Vec<[u8; 4]> = (0..=255u8).map(|v| [v, 0, 0, 255]).collect();
         let pictures = [Some((16, 16, first.clone())), Some((16, 16, second))];
-        let made = Recipe::ColorAndRoughness.make("lobe", pictures);
+        let made = Recipe::ColorAndAlpha.make("lobe", pictures);
         for (index, (texel, first)) in made.texels.iter().zip(&first).enumerate() {
             assert_eq!(texel[..3], first[..3]);
             assert_eq!(usize::from(texel[3]), index);
@@ -135,7 +136,7 @@ mod tests {
     fn pictures_of_two_sizes_fit() {
         let first = Some((1, 1, vec![[255, 255, 255, 128]]));
         let second = Some((4, 2, vec![[64, 0, 0, 0]; 8]));
-        let made = Recipe::ColorAndRoughness.make("lobe", [first, second]);
+        let made = Recipe::ColorAndAlpha.make("lobe", [first, second]);
         assert_eq!((made.width, made.height), (4, 2));
         assert_eq!(made.texels, [[255, 255, 255, 64]; 8]);
     }

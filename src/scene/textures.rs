@@ -125,7 +125,7 @@ impl TextureRequests {
         let specular = material.specular.map(|lobe| {
             let maps = [&mtl.map_ks, &mtl.map_pr].map(|map| map.as_ref().map(picture));
             let is_mapped = maps.iter().any(Option::is_some);
-            let texture = is_mapped.then(|| self.add_made(maps, Recipe::ColorAndRoughness));
+            let texture = is_mapped.then(|| self.add_made(maps, Recipe::ColorAndAlpha));
             Specular { texture, ..lobe }
         });
         let mut index = |map: &Option<MapRef>, wanted: Use| {

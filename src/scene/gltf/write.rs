@@ -349,7 +349,7 @@ impl Writer {
                 let key = Key::Masked(color, mask);
                 let pictures = [picture(color), picture(Some(mask))];
                 let name = named(color.or(Some(mask)));
-                Some(self.texture(key, || Recipe::ColorAndRoughness.make(name, pictures)))
+                Some(self.texture(key, || Recipe::ColorAndAlpha.make(name, pictures)))
             }
             (Some(color), None) => Some(self.plain(scene, color)),
             (None, None) => None,
