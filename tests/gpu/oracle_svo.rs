@@ -12,13 +12,13 @@ use crate::support::octree::{
 use crate::support::scenes::{bundled, in_unit_grid, scene_of, soup};
 use crate::support::structures::tiles;
 use crate::support::technique::{Case, frame, shared_scene, shoot};
-use crate::support::voxels::{half, occupied, voxel_settings, voxelize};
+use crate::support::voxels::{half, occupied, read, voxel_settings, voxelize};
 use crate::support::{Random, gpu, read_words};
 use glam::{DVec3, DVec4, UVec3, Vec3};
 use lumivox::gi::registry::find;
 use lumivox::gi::shared::voxel::oracle::VoxelIndex;
 use lumivox::gi::shared::voxel::{
-    Directionality, Injection, LightSettings, Method, Sides, VoxelGrid, VoxelLight,
+    Directionality, Injection, LightSettings, Method, Sides, VoxelGrid, VoxelLight, Voxelizer,
 };
 use lumivox::gi::voxel_cones::svo::bricks::pool_extent;
 use lumivox::gi::voxel_cones::svo::oracle::{
@@ -96,7 +96,23 @@ fn reached_tiles(tree: &Octree) -> usize {
 }
 
 fn check_scene(gpu: &Gpu, scene: &GpuScene, resolution: u32, what: &str) {
-    let read = voxelize(gpu, scene, voxel_settings(resolution, Method::Compute));
+    let settings = voxel_settings(resolution, Method::Compute);
+    let mut voxelizer = Voxelizer::new(gpu, scene, settings).unwrap();
+    voxelizer.lists_blocks = true;
+    let read = read(gpu, voxelizer.run(gpu, scene).unwrap().0);
+    let filled = read.voxels.filled.as_ref().unwrap();
+    let mut listed = read_words(gpu, &filled.blocks);
+    listed.truncate(filled.count as usize);
+    listed.sort_unstable();
+    let blocks = (0..).zip(read.occupancy.chunks(2));
+    let blocks: Vec<u32> = blocks
+        .filter(|(_, words)| *words != [0, 0])
+        .map(|(block, _)| block)
+        .collect();
+    assert!(
+        listed == blocks,
+        "{what} at {resolution}: other blocks are listed"
+    );
     let occupied = read.occupied();
     for (corners, lattice) in [(false, Lattice::Centres), (true, Lattice::Corners)] {
         let (pool, _) = NodePool::build(gpu, &Occupancy::from(&read.voxels), corners).unwrap();

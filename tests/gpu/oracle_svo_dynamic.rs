@@ -187,6 +187,7 @@ fn pose(gpu: &Gpu, still: &Values, moving: &Values, resolution: u32) -> Posed {
         occupancy,
         block_bases,
         first_voxel: 0,
+        filled: None,
     };
     let block_words: Vec<u32> = bytemuck::cast_slice(&list).to_vec();
     Posed {

@@ -32,6 +32,7 @@ pub fn plant(gpu: &Gpu, voxels: &BTreeSet<VoxelIndex>, resolution: u32) -> Occup
             occupancy,
             block_bases,
             first_voxel: 0,
+            filled: None,
         }],
     }
 }

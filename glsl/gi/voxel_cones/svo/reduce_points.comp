@@ -7,7 +7,7 @@
 // + 1), tile T holds the points 2T to 2T + 2: each is there where any of those is. So a texel that
 // is not zero has a brick in every tile that it borders on. A thread a block of 4×4×4 finer points
 // (gi/shared/voxel/grid.glsl), which adds to its own block and to those beside it: empty blocks,
-// nearly all, cost no more than a look.
+// nearly all, cost no more than a look, and nothing where those that are not are listed.
 layout(local_size_x = 64) in;
 
 #include "gi/voxel_cones/svo/pool.glsl"
@@ -17,6 +17,7 @@ layout(local_size_x = 64) in;
 layout(constant_id = 0) const int POINT_REACH = 0;
 // likewise a tile below 2T: 1 where they are such voxels
 layout(constant_id = 1) const int TILE_REACH = 0;
+layout(constant_id = 2) const uint LISTED = 0;   // 1: finer blocks are those of a list
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer FinerPoints { uvec2 finer_points[]; };
 // two words a block
@@ -24,6 +25,9 @@ layout(std430, set = 1, binding = 1) restrict buffer CoarserPoints { uint coarse
 // likewise
 layout(std430, set = 1, binding = 2) restrict buffer TileBits { uint level_tiles[]; };
 layout(std430, set = 1, binding = 3) restrict buffer TileCounts { uint tile_counts[]; };
+layout(std430, set = 1, binding = 4) restrict readonly buffer FilledBlocks {
+    uint filled_blocks[];
+};
 
 layout(push_constant) uniform ReduceParams {
     uint finer_blocks;     // along an axis, as are all counts
@@ -34,6 +38,7 @@ layout(push_constant) uniform ReduceParams {
     uint tile_blocks;
     uint tile_limit;       // tiles of the level
     uint level;
+    uint block_count;      // that are looked at
 } params;
 
 // The points of a block in its plane `at` across an axis, moved to plane 0.
@@ -109,7 +114,8 @@ uint add_tiles(uvec2 finer, ivec3 block, ivec3 side) {
 void main() {
     uint index = linear_group(gl_WorkGroupID) * 64u + gl_LocalInvocationIndex,
          n = params.finer_blocks;
-    if (index >= n * n * n) return;
+    if (index >= params.block_count) return;
+    if (LISTED != 0u) index = filled_blocks[index];
     uvec2 finer = finer_points[index];
     uint added = 0u;
     // One turn or none of a loop, and not a branch: a software driver takes every branch, but

@@ -242,6 +242,7 @@ impl VoxelWindow {
             hidden_count: 0,
             fragment_count: 0,
             is_dynamic: false,
+            filled: None,
         };
         Ok(VoxelWindow {
             anchor,

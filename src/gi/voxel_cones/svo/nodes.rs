@@ -6,6 +6,7 @@ use glam::UVec3;
 
 use super::dynamic::{DynamicTiles, TouchedVoxels};
 use super::pieces::Occupancy;
+use crate::gi::shared::voxel::build::FilledBlocks;
 use crate::gi::shared::voxel::build::buffer;
 use crate::gpu_struct;
 use crate::graph::compute::{linear_groups, read, read_write, write};
@@ -47,6 +48,8 @@ gpu_struct! {
         pub tile_limit: u32,
         /// The level, 0 the finest.
         pub level: u32,
+        /// Blocks that are looked at.
+        pub block_count: u32,
     }
 }
 
@@ -93,7 +96,7 @@ gpu_struct! {
 /// Points of the next coarser lattice, and tiles of this level, that hold something. A thread 4³ of
 /// the finer points.
 pub static REDUCE_POINTS: Pass = Pass {
-    constants: &["POINT_REACH", "TILE_REACH"],
+    constants: &["POINT_REACH", "TILE_REACH", "LISTED"],
     ..Pass::compute(
         "svo.reduce_points",
         "gi/voxel_cones/svo/reduce_points.comp",
@@ -102,6 +105,7 @@ pub static REDUCE_POINTS: Pass = Pass {
             read_write("coarser_points"),
             read_write("level_tiles"),
             read_write("tile_counts"),
+            read("filled_blocks"),
         ],
         ReduceParams::LAYOUT,
     )
@@ -251,7 +255,7 @@ impl Pyramid {
             self.reduce(
                 frame,
                 0,
-                &cube.occupancy,
+                (&cube.occupancy, cube.filled.as_ref()),
                 cube.resolution / 4,
                 cube.first / 4,
             );
@@ -260,7 +264,7 @@ impl Pyramid {
             self.reduce(
                 frame,
                 level,
-                &self.levels[level as usize - 1][0],
+                (&self.levels[level as usize - 1][0], None),
                 point_blocks(self.resolution, level - 1, self.corners),
                 UVec3::ZERO,
             );
@@ -268,12 +272,12 @@ impl Pyramid {
     }
 
     /// Reduces a cube of finer points, given in blocks: its edge, and its `first` block in the
-    /// whole lattice.
+    /// whole lattice. The blocks that have any may be listed.
     fn reduce(
         &self,
         frame: &mut Frame,
         level: u32,
-        finer: &Arc<Buffer>,
+        (finer, filled): (&Arc<Buffer>, Option<&FilledBlocks>),
         finer_blocks: u32,
         first: UVec3,
     ) {
@@ -287,6 +291,7 @@ impl Pyramid {
             tile_blocks: tile_blocks(self.resolution, level),
             tile_limit: self.resolution >> (level + 1),
             level,
+            block_count: filled.map_or(finer_blocks.pow(3), |filled| filled.count),
         };
         // Voxels spread to corners by one point.
         let spread = u32::from(self.corners && level == 0);
@@ -297,10 +302,16 @@ impl Pyramid {
             .bind("coarser_points", points)
             .bind("level_tiles", tiles)
             .bind("tile_counts", &self.counts)
+            // Bound where nothing is read.
+            .bind(
+                "filled_blocks",
+                filled.map_or(finer, |filled| &filled.blocks),
+            )
+            .constant("LISTED", filled.is_some())
             .constant("POINT_REACH", u32::from(self.corners) + spread)
             .constant("TILE_REACH", spread)
             .push(&params)
-            .dispatch(linear_groups(finer_blocks.pow(3)));
+            .dispatch(linear_groups(params.block_count));
     }
 
     /// Tiles of each level, finest first, from tile `first` on. There is always a root.

@@ -11,8 +11,8 @@ use super::dynamic::TouchedVoxels;
 use super::nodes::require_pointers;
 use super::space::{MERGE_RADIANCE, MergeParams, radiance_texels};
 use crate::gi::shared::cone::Volume;
-use crate::gi::shared::voxel::build::buffer;
 use crate::gi::shared::voxel::build::passes::Voxel;
+use crate::gi::shared::voxel::build::{FilledBlocks, buffer};
 use crate::gi::shared::voxel::light::inject::{INJECT_BINDINGS, inject_pass};
 use crate::gi::shared::voxel::trace::surfaces::{SURFACE_BYTES, pack_surfaces};
 use crate::gi::shared::voxel::{
@@ -111,6 +111,8 @@ pub struct OccupiedCube {
     pub block_bases: Arc<Buffer>,
     /// Compact index of the cube's first voxel.
     pub first_voxel: u32,
+    /// Its blocks that have voxels, where they are listed.
+    pub filled: Option<FilledBlocks>,
 }
 
 impl OccupiedCube {
@@ -125,6 +127,7 @@ impl OccupiedCube {
             occupancy,
             block_bases,
             first_voxel,
+            filled: voxels.filled.clone(),
         }
     }
 
@@ -167,7 +170,8 @@ impl From<&Voxels> for Occupancy {
 impl PieceVoxelizer {
     /// For a grid around the scene.
     pub fn new(gpu: &Gpu, scene: &GpuScene, settings: VoxelSettings) -> Result<Self, Error> {
-        let whole = Voxelizer::new(gpu, scene, settings)?;
+        let mut whole = Voxelizer::new(gpu, scene, settings)?;
+        whole.lists_blocks = true;
         Ok(PieceVoxelizer {
             settings,
             grid: VoxelGrid::around(scene.bounds, settings.resolution),
@@ -235,6 +239,7 @@ fn attempt(
             let (cube, cost) = OccupiedCube::copy(gpu, &voxels)?;
             stats.append(cost);
             occupancy.cubes.push(cube);
+            voxels.filled = None;
             stats.append(dynamic.update(gpu, scene, voxelizer, &mut voxels)?);
             (voxels, Some(dynamic))
         } else {

@@ -7,12 +7,14 @@
 #include "gi/shared/voxel/grid.glsl"
 #include "gi/shared/voxel/trace/space.glsl"
 
-// The cell of a voxel of this block.
+// The cell of a voxel of this block: the voxel, its empty eighth of the block or an empty cube.
 SpaceCell cell_of_block(uvec3 block, uint bit) {
-    bool is_empty = (block.x | block.y) == 0u;
+    uint word = bit < 32u ? block.x : block.y;
+    int edge = (word >> (bit & 24u) & 255u) == 0u ? 2 : 1;
+    if ((block.x | block.y) == 0u) edge = int(block.z);
     int slot = -1;
-    if (block_has(block.xy, bit)) slot = int(block.z + set_bits_below(block.xy, bit));
-    return SpaceCell(is_empty ? int(block.z) : 1, slot);
+    if ((word >> (bit & 31u) & 1u) != 0u) slot = int(block.z + set_bits_below(block.xy, bit));
+    return SpaceCell(edge, slot);
 }
 
 #endif

@@ -24,6 +24,7 @@ use crate::render::GpuScene;
 use crate::scene::Batch;
 
 use self::expected::room_for_fragments;
+pub use self::index::FilledBlocks;
 pub(super) use self::index::{GridBuffers, add_index};
 
 /// The occupied voxels of a scene.
@@ -55,6 +56,8 @@ pub struct Voxels {
     pub fragment_count: u32,
     /// There may be records of dynamic geometry.
     pub is_dynamic: bool,
+    /// The blocks that had voxels when they were built, where a list was asked for.
+    pub filled: Option<FilledBlocks>,
 }
 
 impl Voxels {
@@ -129,6 +132,8 @@ pub struct Voxelizer {
     pub(super) dynamic_room: [u32; 2],
     /// Workgroups that share the same triangles, at least.
     sharing: u32,
+    /// Whether blocks with voxels are listed.
+    pub lists_blocks: bool,
 }
 
 impl Voxelizer {
@@ -148,6 +153,7 @@ impl Voxelizer {
             fragment_capacity: 0,
             dynamic_room: [0; 2],
             sharing: 1,
+            lists_blocks: false,
         })
     }
 
@@ -224,6 +230,7 @@ impl Voxelizer {
             fragment_capacity: 0,
             dynamic_room: [0; 2],
             sharing: 1,
+            lists_blocks: false,
         })
     }
 
@@ -251,6 +258,7 @@ impl Voxelizer {
     ) -> Result<(Voxels, FragmentLists, FrameStats), Error> {
         let grid_buffers = match self.buffers.take() {
             Some(buffers) => buffers,
+            None if self.lists_blocks => GridBuffers::listing(gpu, self.grid)?,
             None => GridBuffers::new(gpu, self.grid)?,
         };
         self.buffers = Some(grid_buffers.clone());
@@ -313,7 +321,7 @@ impl Voxelizer {
                 stats.append(run.into_counting());
                 continue;
             }
-            let (voxels, lists, resolved) = self.resolve(
+            let (mut voxels, lists, resolved) = self.resolve(
                 gpu,
                 scene,
                 which,
@@ -321,6 +329,7 @@ impl Voxelizer {
                 [fragments, emission],
                 [fragment_count, voxel_count],
             )?;
+            voxels.filled = grid_buffers.filled(counts[3]);
             if is_first {
                 self.fragment_capacity = fragment_count;
             }

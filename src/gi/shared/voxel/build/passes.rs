@@ -185,16 +185,21 @@ pub static SCAN_GROUPS: Pass = Pass::compute(
 );
 
 /// Compact index of each block's first occupied voxel.
-pub static INDEX_BLOCKS: Pass = Pass::compute(
-    "voxel.index_blocks",
-    "gi/shared/voxel/build/index_blocks.comp",
-    &[
-        Binding::buffer("occupancy", Access::ComputeRead),
-        Binding::buffer("group_sums", Access::ComputeRead),
-        Binding::buffer("block_bases", Access::ComputeWrite),
-    ],
-    CountParams::LAYOUT,
-);
+pub static INDEX_BLOCKS: Pass = Pass {
+    constants: &["LISTS"],
+    ..Pass::compute(
+        "voxel.index_blocks",
+        "gi/shared/voxel/build/index_blocks.comp",
+        &[
+            Binding::buffer("occupancy", Access::ComputeRead),
+            Binding::buffer("group_sums", Access::ComputeRead),
+            Binding::buffer("block_bases", Access::ComputeWrite),
+            Binding::buffer("filled_blocks", Access::ComputeWrite),
+            Binding::buffer("filled_count", Access::ComputeReadWrite),
+        ],
+        CountParams::LAYOUT,
+    )
+};
 
 /// One linked list of fragments a voxel.
 pub static LINK_FRAGMENTS: Pass = Pass::compute(

@@ -82,6 +82,7 @@ impl Voxelizer {
             hidden_count,
             fragment_count,
             is_dynamic,
+            filled: None,
         };
         self.add_resolve(
             &mut frame,
