@@ -127,7 +127,7 @@ fn spread_of(others: impl Iterator<Item = Spread>, last: Spread) -> Spread {
 }
 
 /// Whether the machine was slower or faster than at most measurements.
-pub(super) fn is_unsteady(slowness: f64) -> bool {
+fn is_unsteady(slowness: f64) -> bool {
     !(1.0 / STEADY..=STEADY).contains(&slowness)
 }
 
@@ -135,7 +135,7 @@ pub(super) fn is_unsteady(slowness: f64) -> bool {
 /// time to its median over all points; 1 where it has none. A single pass may be disturbed while
 /// the machine is steady: of rules that were compared, with this one the rounds of a point agree
 /// best (`docs/chart.md`).
-pub(super) fn slowness(points: &[Point]) -> Vec<f64> {
+fn slowness(points: &[Point]) -> Vec<f64> {
     let medians = shared_medians(points);
     points
         .iter()

@@ -3,8 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use super::front::front;
-use super::machine::{is_unsteady, slowness};
+use super::front::near_front;
 use super::pictures::PictureFolder;
 use super::point::{Cost, Point, SweepSetup, bounces_of};
 use super::section::Section;
@@ -136,8 +135,7 @@ impl<'s> Sweep<'s> {
     /// Takes the missing measurements of cases, writes their pictures, then their records. `cache`
     /// is the folder of references. Each case is measured in several rounds, with a share of the
     /// frames and builds in each, and the orders of the rounds even out a machine that gets slower
-    /// or faster. At the end the front is measured once more, and each point at which the machine
-    /// was not steady.
+    /// or faster. At the end the front is measured once more, and what may be on it.
     pub fn measure(
         &self,
         cases: &[Case],
@@ -186,26 +184,20 @@ impl<'s> Sweep<'s> {
             .collect()
     }
 
-    /// The measurements of one more round that are missing: of the cases on a front, and of those
-    /// at which the machine was not steady. Only the rounds before it say which these are, so that
+    /// The measurements of one more round that are missing: of the cases that are on a front, or
+    /// may be by the spread of their times. Only the rounds before it say which these are, so that
     /// a run that was stopped goes on with the same.
     fn unsure<'c>(&self, cases: &'c [Case], records: &Records<Point>) -> Vec<(u32, &'c Case)> {
         let more = self.round_count() + 1;
         let mut measured = self.points(cases, records);
         measured.retain(|point| point.failure.is_none() && point.round() < more);
-        let mut unsure: BTreeSet<String> = measured
-            .iter()
-            .zip(slowness(&measured))
-            .filter(|(_, slowness)| is_unsteady(*slowness))
-            .map(|(point, _)| point.key.clone())
-            .collect();
         let section = Section::new(measured, None);
-        for group in Cost::ALL.iter().flat_map(|cost| section.groups(*cost)) {
-            let keys = front(&group.prices)
-                .into_iter()
-                .map(|member| section.points[group.points[member]].key.clone());
-            unsure.extend(keys);
-        }
+        let groups = Cost::ALL.iter().flat_map(|cost| section.groups(*cost));
+        let unsure: BTreeSet<String> = groups
+            .flat_map(|group| group.points.into_iter().zip(near_front(&group.prices)))
+            .filter(|(_, is_near)| *is_near)
+            .map(|(index, _)| section.points[index].key.clone())
+            .collect();
         order(cases.len(), more)
             .into_iter()
             .map(|index| (more, &cases[index]))
@@ -232,13 +224,11 @@ impl<'s> Sweep<'s> {
     }
 
     /// How to measure in a round: with its share of the frames and builds. The round that is one
-    /// more has as many as all others together.
+    /// more has the last one's.
     fn round_settings(&self, round: u32) -> BenchSettings {
         let rounds = self.round_count();
-        let share = |total: u32| match round {
-            round if round > rounds => total,
-            round => total * round / rounds - total * (round - 1) / rounds,
-        };
+        let round = round.min(rounds);
+        let share = |total: u32| total * round / rounds - total * (round - 1) / rounds;
         BenchSettings {
             frames: share(self.settings.frames),
             rebuilds: share(self.settings.rebuilds),
