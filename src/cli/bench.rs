@@ -196,6 +196,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         gpu,
         timing,
         frame,
+        warm_up: true,
         frames: args.frames,
         rebuilds: args.rebuilds,
         times,

@@ -11,7 +11,7 @@ use super::frame::FrameArgs;
 #[derive(clap::Args)]
 #[command(next_help_heading = "Measurement")]
 pub(super) struct MeasureArgs {
-    /// Frames to measure, half in each of two rounds, after one that warms up (16 with
+    /// Frames to measure, half in each of two rounds. One before them warms up (16 with
     /// `bounces=feedback`).
     #[arg(
         long,
@@ -55,6 +55,7 @@ impl MeasureArgs {
             timing: self.timing.choice(&gpu)?,
             gpu,
             frame: self.frame.small(self.size),
+            warm_up: true,
             frames: self.frames,
             rebuilds: self.rebuilds,
             times: Vec::new(),

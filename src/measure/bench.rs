@@ -115,7 +115,9 @@ pub struct BenchSettings {
     pub timing: Timing,
     /// What all techniques share.
     pub frame: FrameSettings,
-    /// Frames after the one that warms up, at least 1.
+    /// Whether a frame goes before those that are measured, which may have to compile pipelines.
+    pub warm_up: bool,
+    /// Frames that are measured, at least 1.
     pub frames: u32,
     /// Builds after the first.
     pub rebuilds: u32,
@@ -332,7 +334,11 @@ fn run<'g>(
     uploaded.eye = scene.camera.eye;
     let (mut renderer, first_build) =
         Renderer::of(gpu, uploaded, case.entry, &case.settings, settings.frame)?;
-    (0..warm_up_frames(case)).try_for_each(|_| renderer.render(&scene.camera).map(drop))?;
+    let before = match settings.warm_up {
+        true => warm_up_frames(case),
+        false => case.entry.rest(&case.settings) - 1,
+    };
+    (0..before).try_for_each(|_| renderer.render(&scene.camera).map(drop))?;
     let mut frames = vec![renderer.render(&scene.camera)?];
     // However many frames are measured: with history they are not the same.
     let pictures = Pictures {

@@ -164,10 +164,11 @@ impl<'s> Sweep<'s> {
             pictures,
             uploaded: None,
             references: Vec::new(),
+            compiled: BTreeSet::new(),
         }
     }
 
-    /// Frames that one round of a case renders, on the mean.
+    /// Frames that one round of a case renders, on the mean, or a little more.
     pub fn frames_of(&self, case: &Case) -> f64 {
         let measured = f64::from(self.settings.frames) / f64::from(self.round_count());
         f64::from(warm_up_frames(case)) + measured
@@ -225,12 +226,15 @@ impl<'s> Sweep<'s> {
 
     /// How to measure in a round: with its share of the frames and builds. The round that is one
     /// more has the last one's.
-    fn round_settings(&self, round: u32) -> BenchSettings {
+    fn round_settings(&self, round: u32, is_compiled: bool) -> BenchSettings {
         let rounds = self.round_count();
         let round = round.min(rounds);
         let share = |total: u32| total * round / rounds - total * (round - 1) / rounds;
+        let frames = share(self.settings.frames);
         BenchSettings {
-            frames: share(self.settings.frames),
+            // A first frame that is slower hardly moves the median of three.
+            warm_up: !is_compiled || frames < 3,
+            frames,
             rebuilds: share(self.settings.rebuilds),
             ..self.settings.clone()
         }
@@ -269,6 +273,8 @@ pub struct SweepRun<'r> {
     pictures: &'r PictureFolder,
     uploaded: Option<GpuScene>,
     references: Vec<Reference>,
+    /// Keys of the cases that it has measured: their pipelines are compiled.
+    compiled: BTreeSet<String>,
 }
 
 impl SweepRun<'_> {
@@ -331,12 +337,13 @@ impl SweepRun<'_> {
         let index = self.reference(bounces_of(case), progress)?;
         let reference = &self.references[index];
         progress(Progress::Case(case));
+        let is_compiled = !self.compiled.insert(sweep.key(case));
         let (report, taken) = measure_on(
             sweep.gpu,
             &mut self.uploaded,
             sweep.scene,
             case,
-            &sweep.round_settings(round),
+            &sweep.round_settings(round, is_compiled),
             &reference.truth,
         );
         let point = Point {
@@ -376,7 +383,7 @@ pub(super) fn order(count: usize, round: u32) -> Vec<usize> {
 
 const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
 
-/// Rounds of a sweep. A round costs a build and a frame that warms up for each point.
+/// Rounds of a sweep. A round costs one build more for each point.
 const ROUNDS: u32 = 2;
 
 /// So many times the error that was asked for is as good: it is estimated.
