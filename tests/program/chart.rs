@@ -3,7 +3,7 @@
 
 use crate::support::program::{PROGRAM, VALIDATE, command};
 use crate::support::{Missing, skipped};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -165,8 +165,8 @@ fn measures_once_and_shows_what_it_measured() {
     wrong_records_are_told(&place);
 }
 
-/// All points have their first round before any has its second, which goes backwards; then those on
-/// a front have one more.
+/// All points have their first round before any has its second, which goes backwards; then those
+/// have one more that are on a front by these two, or may be, and no others.
 fn rounds_are_interleaved(records: &[Point], points: &[Point]) {
     let of_round = |round: u32| -> Vec<&str> {
         let of_round = records.iter().filter(|record| record.round == Some(round));
@@ -180,6 +180,16 @@ fn rounds_are_interleaved(records: &[Point], points: &[Point]) {
     let [mut first, second, third] = [1, 2, 3].map(of_round);
     first.reverse();
     assert_eq!((first.len(), first), (COUNT, second));
+    let early = records.iter().filter(|record| record.round < Some(3));
+    let section = Section::new(early.cloned().collect(), None);
+    let unsure: BTreeSet<&str> = Cost::ALL
+        .iter()
+        .flat_map(|cost| section.points.iter().zip(section.standings(*cost)))
+        .filter(|(_, standing)| standing.is_some_and(|standing| standing != Standing::Beaten))
+        .map(|(point, _)| point.key.as_str())
+        .collect();
+    assert_eq!(third.iter().copied().collect::<BTreeSet<&str>>(), unsure);
+    assert_eq!(third.len(), unsure.len(), "one was measured twice");
     for record in records {
         let frames = record.total("frame").unwrap().n;
         assert_eq!(frames, 1);
