@@ -234,7 +234,9 @@ impl<'g> Renderer<'g> {
     /// Builds the technique's static structure again.
     pub fn rebuild(&mut self) -> Result<FrameStats, Error> {
         (self.is_whole, self.is_still) = (false, false);
-        let stats = self.technique.build(&context!(self))?;
+        let before = self.gpu.host_work();
+        let mut stats = self.technique.build(&context!(self))?;
+        stats.host = self.gpu.host_work().since(before);
         self.is_whole = true;
         Ok(stats)
     }
@@ -242,6 +244,7 @@ impl<'g> Renderer<'g> {
     /// Moves the dynamic models to where they are in the scene that this was made of, after
     /// [`Scene::set_time`], and brings the technique's structure up to it.
     pub fn set_pose(&mut self, scene: &Scene) -> Result<FrameStats, Error> {
+        let before_pose = self.gpu.host_work();
         let was_whole = std::mem::take(&mut self.is_whole);
         self.is_still &= self.scene.dynamic.is_none();
         self.screen.expect_change(self.frames_to_rest);
@@ -256,6 +259,7 @@ impl<'g> Renderer<'g> {
         if was_whole && self.scene.dynamic.is_some() {
             stats.append(self.technique.follow(&context!(self), Change::Models)?);
         }
+        stats.host = self.gpu.host_work().since(before_pose);
         self.is_whole = was_whole;
         Ok(stats)
     }
@@ -296,6 +300,7 @@ impl<'g> Renderer<'g> {
     /// moved that it sees, or if it is a cascade that has moved with the camera; the store is lit
     /// again if anything but the camera has changed. The same picture in less time.
     pub fn render_again(&mut self, camera: &Camera) -> Result<FrameStats, Error> {
+        let before = self.gpu.host_work();
         if !self.is_whole {
             self.cut();
         }
@@ -349,6 +354,7 @@ impl<'g> Renderer<'g> {
         self.gbuffer.keep_frame(&seen_with);
         self.screen.keep_frame(&seen_with);
         (self.all_maps_mut()).for_each(LightMaps::keep);
+        stats.host = self.gpu.host_work().since(before);
         (self.is_whole, self.is_still) = (true, true);
         Ok(stats)
     }

@@ -152,6 +152,8 @@ pub(super) struct Step {
     /// What it uses; the resource is what `used` refers to.
     pub(super) uses: Vec<(Resource, Use)>,
     pub(super) work: Work,
+    /// Whether what it costs is told; not of what only carries bytes for the host.
+    pub(super) is_told: bool,
 }
 
 /// What a step does.
@@ -352,6 +354,39 @@ impl Frame {
             .collect()
     }
 
+    /// Copies as much of a buffer, from a byte on, as there is room for in one that the host reads.
+    pub(super) fn copy_for_host(
+        &mut self,
+        buffer: &Arc<Buffer>,
+        first_byte: u64,
+        staging: &Arc<Buffer>,
+    ) {
+        let name = format!("read {}", buffer.name());
+        let size = staging.size_bytes();
+        self.copy_buffer(name, (buffer, first_byte), (staging, 0), size);
+        self.steps
+            .last_mut()
+            .into_iter()
+            .for_each(|step| step.is_told = false);
+    }
+
+    /// Its steps, of which no cost is told.
+    pub(super) fn into_untold(self) -> impl Iterator<Item = Step> {
+        self.steps.into_iter().map(|step| Step {
+            is_told: false,
+            ..step
+        })
+    }
+
+    /// As [`Frame::push`], of what only carries bytes for the host.
+    pub(super) fn push_untold(&mut self, name: String, uses: Vec<(Resource, Use)>, work: Work) {
+        self.push(name, uses, work);
+        self.steps
+            .last_mut()
+            .into_iter()
+            .for_each(|step| step.is_told = false);
+    }
+
     pub(super) fn push(&mut self, name: String, uses: Vec<(Resource, Use)>, work: Work) {
         for (resource, used) in &uses {
             if let Resource::Image(image, mips) = resource {
@@ -367,7 +402,12 @@ impl Frame {
                 );
             }
         }
-        self.steps.push(Step { name, uses, work });
+        self.steps.push(Step {
+            name,
+            uses,
+            work,
+            is_told: true,
+        });
     }
 
     /// The shared sets that a pass uses; asserts that they were given.

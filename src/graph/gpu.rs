@@ -1,15 +1,16 @@
 //! The context that everything uses: one device, its resources, and frames run on it.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-use super::frame::{Frame, Resource, Work};
+use super::frame::{Frame, Resource, Step, Work};
 use super::journal::JournalFrame;
 use super::plan::{State, plan};
 use super::record::{Pipelines, Recorder};
 use super::sets::{MATERIAL_TEXTURES, MaterialSet, SceneBindings, SceneSet, SharedSets};
-use super::stats::FrameStats;
+use super::stats::{FrameStats, HostWork};
 use super::{Access, plan::Barrier};
 use crate::vulkan::{
     AccelerationStructure, Adapter, Buffer, BufferDesc, Commands, Device, DeviceChoice, DeviceInfo,
@@ -90,6 +91,19 @@ struct Runner {
     pipelines: Pipelines,
     state: State,
     journal: Option<Vec<JournalFrame>>,
+    uploads: Uploads,
+    host: HostWork,
+}
+
+/// What goes with the next submission.
+#[derive(Default)]
+pub(super) struct Uploads {
+    /// The copies.
+    pub(super) steps: Vec<Step>,
+    /// Buffers among their targets.
+    pub(super) ready: Vec<Arc<Buffer>>,
+    /// Bytes that are copied.
+    pub(super) bytes: u64,
 }
 
 impl Gpu {
@@ -104,6 +118,8 @@ impl Gpu {
             pipelines: Pipelines::default(),
             state: State::default(),
             journal: None,
+            uploads: Uploads::default(),
+            host: HostWork::default(),
         };
         let shared = SharedSets::new(&device)?;
         let own_count = Arc::strong_count(&device);
@@ -189,9 +205,34 @@ impl Gpu {
         self.submit(frame).map(drop)
     }
 
-    /// Plans, records and runs a frame, and waits for it.
+    /// Plans, records and runs a frame after the uploads before it, and waits for it.
     pub fn submit(&self, frame: Frame) -> Result<FrameStats, Error> {
-        self.run(&frame, |_| true)
+        self.run(frame, |_| true)
+    }
+
+    /// What the host has done so far.
+    pub fn host_work(&self) -> HostWork {
+        self.runner().host
+    }
+
+    pub(super) fn note(&self, add: impl FnOnce(&mut HostWork)) {
+        add(&mut self.runner().host);
+    }
+
+    /// Adds to the uploads that go with the next submission.
+    pub(super) fn with_uploads<T>(&self, change: impl FnOnce(&mut Uploads) -> T) -> T {
+        change(&mut self.runner().uploads)
+    }
+
+    /// Submits uploads that wait, so that no memory is theirs.
+    fn settle(&self) {
+        if let Err(error) = self.flush() {
+            log::debug!("uploads wait on: {error}");
+        }
+    }
+
+    fn runner(&self) -> MutexGuard<'_, Runner> {
+        self.runner.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// As [`Gpu::submit`], without the barriers that `keep` turns down: for tests that show that
@@ -202,14 +243,15 @@ impl Gpu {
         frame: Frame,
         keep: impl Fn(&Barrier) -> bool,
     ) -> Result<FrameStats, Error> {
-        self.run(&frame, keep)
+        self.run(frame, keep)
     }
 
     /// Notes what all frames from now on record, and returns what was noted so far. For tests that
     /// replay it.
     #[doc(hidden)]
     pub fn take_journal(&self) -> Vec<JournalFrame> {
-        let mut runner = self.runner.lock().unwrap_or_else(PoisonError::into_inner);
+        self.settle();
+        let mut runner = self.runner();
         runner.journal.replace(Vec::new()).unwrap_or_default()
     }
 
@@ -217,10 +259,12 @@ impl Gpu {
     /// pipelines that were made. Notes no frames any more. For tests that hand a device on.
     #[doc(hidden)]
     pub fn residue(&self) -> Vec<String> {
-        let mut runner = self.runner.lock().unwrap_or_else(PoisonError::into_inner);
+        self.settle();
+        let mut runner = self.runner();
         runner.journal = None;
         let mut left: Vec<String> = self
-            .memory()
+            .device
+            .memory_in_use()
             .into_iter()
             .map(|(name, bytes)| format!("{name}, {bytes} bytes"))
             .collect();
@@ -232,11 +276,9 @@ impl Gpu {
                 objects - left.len()
             ));
         }
-        if left.is_empty() && self.memory_total() > 0 {
-            left.push(format!(
-                "{} bytes of memory without a name",
-                self.memory_total()
-            ));
+        let nameless = self.device.memory_allocated_bytes();
+        if left.is_empty() && nameless > 0 {
+            left.push(format!("{nameless} bytes of memory without a name"));
         }
         left.extend(
             runner
@@ -251,27 +293,31 @@ impl Gpu {
     /// stem. Where it cannot be, the old one stays and the error says why. Answers how many
     /// pipelines it was built into.
     pub fn replace_module(&self, stem: &str, words: Vec<u32>) -> Result<usize, Error> {
-        let mut runner = self.runner.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut runner = self.runner();
         runner.pipelines.replace_module(&self.device, stem, words)
     }
 
     /// Name and bytes of every living resource, in order of creation.
     pub fn memory(&self) -> Vec<(String, u64)> {
+        self.settle();
         self.device.memory_in_use()
     }
 
     /// Bytes of all living resources that are counted for an owner.
     pub fn bytes_of(&self, owner: Owner) -> u64 {
+        self.settle();
         self.device.bytes_of(owner)
     }
 
     /// Bytes of all living resources, as the allocator counts them.
     pub fn memory_total(&self) -> u64 {
+        self.settle();
         self.device.memory_allocated_bytes()
     }
 
     /// Bytes that buffers and images may still take.
     pub fn memory_left(&self) -> u64 {
+        self.settle();
         self.device.memory_left_bytes()
     }
 
@@ -310,12 +356,39 @@ impl Gpu {
         &self.device.adapter().features
     }
 
-    fn run(&self, frame: &Frame, keep: impl Fn(&Barrier) -> bool) -> Result<FrameStats, Error> {
+    fn run(&self, mut frame: Frame, keep: impl Fn(&Barrier) -> bool) -> Result<FrameStats, Error> {
         if frame.steps.is_empty() {
             return Ok(FrameStats::default());
         }
-        let mut guard = self.runner.lock().unwrap_or_else(PoisonError::into_inner);
-        let runner = &mut *guard;
+        let runner = &mut *self.runner();
+        let Uploads {
+            mut steps,
+            ready,
+            bytes,
+        } = std::mem::take(&mut runner.uploads);
+        let count = steps.len();
+        steps.extend(ready_step(&ready, &frame));
+        frame.steps.splice(0..0, steps);
+        runner.host.submissions += 1;
+        let stats = self.run_all(runner, &frame, keep);
+        // They may not have arrived, where there still is a device.
+        if matches!(&stats, Err(error) if !matches!(error, Error::DeviceLost { .. })) {
+            let steps = frame.steps.drain(..count).collect();
+            runner.uploads = Uploads {
+                steps,
+                ready,
+                bytes,
+            };
+        }
+        stats
+    }
+
+    fn run_all(
+        &self,
+        runner: &mut Runner,
+        frame: &Frame,
+        keep: impl Fn(&Barrier) -> bool,
+    ) -> Result<FrameStats, Error> {
         for id in self.device.take_retired() {
             runner.state.forget(id);
         }
@@ -387,6 +460,7 @@ impl Gpu {
             .steps
             .iter()
             .zip(gpu_ms)
+            .filter(|(step, _)| step.is_told)
             .for_each(|(step, ms)| stats.add(&step.name, ms));
         Ok(stats)
     }
@@ -400,6 +474,28 @@ impl Gpu {
         };
         ticks.chunks_exact(2).map(elapsed).collect()
     }
+}
+
+/// Makes buffers ready to be read by passes that do not say so, as of the scene's. What the frame
+/// declares gets its barriers from that.
+fn ready_step(buffers: &[Arc<Buffer>], frame: &Frame) -> Option<Step> {
+    let uses = frame.uses();
+    let mut known: BTreeSet<u64> = uses.iter().flatten().map(|used| used.resource).collect();
+    let ready: Vec<_> = buffers
+        .iter()
+        .map(Resource::from)
+        .filter(|buffer| known.insert(buffer.id()))
+        .flat_map(|buffer| {
+            [Access::ComputeRead, Access::RasterRead]
+                .map(|access| (buffer.clone(), buffer.used(access)))
+        })
+        .collect();
+    (!ready.is_empty()).then(|| Step {
+        name: "uploads".to_owned(),
+        uses: ready,
+        work: Work::Nothing,
+        is_told: false,
+    })
 }
 
 /// Whether a device is to trace rays; an error where it is asked to and cannot.

@@ -60,7 +60,7 @@ pub use pass::{
     Binding, BindingKind, DepthBias, Pass, RasterState, SCENE_CONSTANTS, Sets, Shaders,
 };
 pub use sets::{MATERIAL_TEXTURES, MaterialSet, MaterialSets, SceneBindings, SceneSet};
-pub use stats::{FrameStats, PassTime, PassTimes, Spread, TimesAccumulator};
+pub use stats::{FrameStats, HostWork, PassTime, PassTimes, Spread, TimesAccumulator};
 
 pub use crate::vulkan::{
     AccelerationStructure, Buffer, BufferDesc, BufferUsage, DeviceChoice, DeviceInfo, DeviceKind,

@@ -16,6 +16,42 @@ pub struct PassTime {
     pub runs: u32,
 }
 
+/// What the host did beside recording. Each submission is waited for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct HostWork {
+    /// Submissions, readbacks among them. Passes that are timed one by one count as one.
+    pub submissions: u64,
+    /// Buffers and images, or parts of them, that bytes were brought to. They go with the next
+    /// submission.
+    pub uploads: u64,
+    /// Writes to memory that the device reads in place, such as the constants of a frame.
+    pub writes: u64,
+    /// Buffers and images, or parts of them, that were read back.
+    pub readbacks: u64,
+}
+
+impl HostWork {
+    /// What was done between an earlier state and this one.
+    pub fn since(self, before: HostWork) -> HostWork {
+        HostWork {
+            submissions: self.submissions - before.submissions,
+            uploads: self.uploads - before.uploads,
+            writes: self.writes - before.writes,
+            readbacks: self.readbacks - before.readbacks,
+        }
+    }
+
+    /// The larger of each.
+    pub fn max(self, other: HostWork) -> HostWork {
+        HostWork {
+            submissions: self.submissions.max(other.submissions),
+            uploads: self.uploads.max(other.uploads),
+            writes: self.writes.max(other.writes),
+            readbacks: self.readbacks.max(other.readbacks),
+        }
+    }
+}
+
 /// What one frame cost.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FrameStats {
@@ -24,6 +60,8 @@ pub struct FrameStats {
     /// The passes of counting runs, and the same by the host, which are not among `passes`. They
     /// only find out how large a buffer has to be, or how work has to be split.
     pub counting: Vec<PassTime>,
+    /// What the host did, where the whole of a frame, build or pose is told.
+    pub host: HostWork,
 }
 
 impl FrameStats {

@@ -1,13 +1,17 @@
-//! Uploads and readbacks: small frames of their own, waited for.
+//! Uploads, which go with the next submission, and readbacks, which are waited for.
 
 use std::sync::Arc;
 
 use super::frame::{Frame, Resource, Work};
+use super::stats::FrameStats;
 use super::{Access, Gpu};
 use crate::vulkan::{Buffer, BufferDesc, BufferUsage, Error, Image, ImageRegion, Owner};
 
+/// So many bytes wait for the next submission, at most.
+const WAITING_BYTES: u64 = 16 << 20;
+
 impl Gpu {
-    /// Copies bytes to the start of a buffer, and waits.
+    /// Copies bytes to the start of a buffer, before all work that is submitted from now on.
     pub fn upload_buffer(&self, buffer: &Arc<Buffer>, bytes: &[u8]) -> Result<(), Error> {
         let size = bytes.len() as u64;
         assert!(
@@ -18,6 +22,7 @@ impl Gpu {
         );
         if buffer.usage() != BufferUsage::Storage {
             buffer.write_mapped(0, bytes);
+            self.note(|host| host.writes += 1);
             return Ok(());
         }
         if bytes.is_empty() {
@@ -31,18 +36,11 @@ impl Gpu {
             (buffer, 0),
             size,
         );
-        let resource = Resource::from(buffer);
-        let uses = [Access::ComputeRead, Access::RasterRead]
-            .map(|access| (resource.clone(), resource.used(access)));
-        frame.push(
-            format!("ready {}", buffer.name()),
-            uses.to_vec(),
-            Work::Nothing,
-        );
-        self.submit(frame).map(drop)
+        self.upload(frame, size, Some(buffer))
     }
 
-    /// Copies texels to one mip and layer of an image, and waits.
+    /// Copies texels to one mip and layer of an image, before all work that is submitted from now
+    /// on.
     pub fn upload_image(
         &self,
         image: &Arc<Image>,
@@ -61,7 +59,7 @@ impl Gpu {
         self.upload_region(image, ImageRegion { mip, layer, part }, bytes)
     }
 
-    /// Copies whole rows of texels, from a row on, to an image without mips and layers, and waits.
+    /// Copies whole rows of texels, from a row on, to an image without mips and layers, likewise.
     pub fn upload_rows(
         &self,
         image: &Arc<Image>,
@@ -109,20 +107,24 @@ impl Gpu {
             region,
         };
         frame.push(format!("upload {}", image.name()), uses, work);
-        self.submit(frame).map(drop)
+        self.upload(frame, bytes.len() as u64, None)
     }
 
     /// The contents of a buffer, once all work before has finished.
     pub fn read_buffer(&self, buffer: &Arc<Buffer>) -> Result<Vec<u8>, Error> {
-        let mut frame = Frame::new();
+        let (_, bytes) = self.submit_and_read(Frame::new(), buffer)?;
+        Ok(bytes)
+    }
+
+    /// Runs a frame, and gives what is then in a buffer: one submission.
+    pub fn submit_and_read(
+        &self,
+        mut frame: Frame,
+        buffer: &Arc<Buffer>,
+    ) -> Result<(FrameStats, Vec<u8>), Error> {
         let source = if buffer.usage() == BufferUsage::Storage {
             let staging = self.readback(buffer.name(), buffer.size_bytes())?;
-            frame.copy_buffer(
-                format!("read {}", buffer.name()),
-                (buffer, 0),
-                (&staging, 0),
-                buffer.size_bytes(),
-            );
+            frame.copy_for_host(buffer, 0, &staging);
             staging
         } else {
             Arc::clone(buffer)
@@ -139,9 +141,9 @@ impl Gpu {
     ) -> Result<Vec<u8>, Error> {
         let mut frame = Frame::new();
         let staging = self.readback(buffer.name(), size_bytes)?;
-        let name = format!("read {}", buffer.name());
-        frame.copy_buffer(name, (buffer, first_byte), (&staging, 0), size_bytes);
-        self.read_after(frame, &staging)
+        frame.copy_for_host(buffer, first_byte, &staging);
+        let (_, bytes) = self.read_after(frame, &staging)?;
+        Ok(bytes)
     }
 
     /// The texels of one mip and layer of an image, tightly packed, once all work before has
@@ -196,20 +198,52 @@ impl Gpu {
             region,
             target: Arc::clone(&staging),
         };
-        frame.push(format!("read {}", image.name()), uses, work);
-        self.read_after(frame, &staging)
+        frame.push_untold(format!("read {}", image.name()), uses, work);
+        let (_, bytes) = self.read_after(frame, &staging)?;
+        Ok(bytes)
     }
 
-    fn read_after(&self, mut frame: Frame, buffer: &Arc<Buffer>) -> Result<Vec<u8>, Error> {
+    fn read_after(
+        &self,
+        mut frame: Frame,
+        buffer: &Arc<Buffer>,
+    ) -> Result<(FrameStats, Vec<u8>), Error> {
         let resource = Resource::from(buffer);
         let used = resource.used(Access::HostRead);
-        frame.push(
+        frame.push_untold(
             format!("host read {}", buffer.name()),
             vec![(resource, used)],
             Work::Nothing,
         );
-        self.submit(frame)?;
-        Ok(buffer.read_mapped())
+        let stats = self.submit(frame)?;
+        self.note(|host| host.readbacks += 1);
+        Ok((stats, buffer.read_mapped()))
+    }
+
+    /// Keeps what brings so many bytes to the device for the next submission; a buffer is ready then
+    /// for passes that do not declare it.
+    fn upload(&self, frame: Frame, bytes: u64, buffer: Option<&Arc<Buffer>>) -> Result<(), Error> {
+        self.note(|host| host.uploads += 1);
+        let waiting_bytes = self.with_uploads(|uploads| {
+            uploads.steps.extend(frame.into_untold());
+            uploads.ready.extend(buffer.map(Arc::clone));
+            uploads.bytes += bytes;
+            uploads.bytes
+        });
+        if waiting_bytes <= WAITING_BYTES {
+            return Ok(());
+        }
+        self.flush()
+    }
+
+    /// Submits what waits for the next submission, if anything does.
+    pub(super) fn flush(&self) -> Result<(), Error> {
+        if self.with_uploads(|uploads| uploads.steps.is_empty()) {
+            return Ok(());
+        }
+        let mut frame = Frame::new();
+        frame.push_untold("host".to_owned(), Vec::new(), Work::Nothing);
+        self.submit(frame).map(drop)
     }
 
     fn staging(&self, name: &str, bytes: &[u8]) -> Result<Arc<Buffer>, Error> {

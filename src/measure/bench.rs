@@ -8,7 +8,9 @@ use crate::gi::Settings;
 use crate::gi::entry::{Directions, Entry, Part};
 use crate::gi::inspect::{DYNAMIC, Energy};
 use crate::gi::settings::{RESOLUTION, SettingError};
-use crate::graph::{Error, FrameStats, Gpu, GpuOptions, PassTimes, Spread, TimesAccumulator};
+use crate::graph::{
+    Error, FrameStats, Gpu, GpuOptions, HostWork, PassTimes, Spread, TimesAccumulator,
+};
 use crate::image::{Aov, GuideImage, Image};
 use crate::metrics::Channel;
 use crate::reference::{self, Bounces, Filter, ReferenceImage, Sampling};
@@ -17,7 +19,7 @@ use crate::scene::{Camera, Scene};
 use crate::vulkan::DeviceKind;
 
 use super::report::{
-    DirectionCost, ErrorReport, MemoryRow, MotionTimes, ReferenceInfo, Report, Timing,
+    DirectionCost, ErrorReport, HostRow, MemoryRow, MotionTimes, ReferenceInfo, Report, Timing,
     shadow_changes,
 };
 use super::stages::{StageTimes, When, part_ms, stage_times};
@@ -489,6 +491,11 @@ impl Run<'_> {
             walks: self.walks.clone(),
             passes,
             still: rows(&self.still),
+            host: host_rows([
+                ("build", &self.builds),
+                ("frame", &self.frames),
+                ("still", &self.still),
+            ]),
             totals: totals(
                 &stages,
                 [&self.builds, &self.frames, &self.still],
@@ -507,6 +514,15 @@ fn rows(stats: &[FrameStats]) -> Vec<PassTimes> {
     let mut times = TimesAccumulator::default();
     stats.iter().for_each(|stats| times.add(&stats.passes));
     times.rows()
+}
+
+fn host_rows(runs: [(&str, &[FrameStats]); 3]) -> Vec<HostRow> {
+    let row = |(of, runs): (&str, &[FrameStats])| {
+        let work = runs.iter().map(|stats| stats.host).reduce(HostWork::max)?;
+        let of = of.to_owned();
+        Some(HostRow { of, work })
+    };
+    runs.into_iter().filter_map(row).collect()
 }
 
 fn totals(

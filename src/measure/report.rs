@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::gi::Settings;
 use crate::gi::inspect::{Energy, OCCUPIED};
 use crate::gi::settings::Value;
-use crate::graph::{Gpu, Owner, PassTimes, Spread};
+use crate::graph::{Gpu, HostWork, Owner, PassTimes, Spread};
 use crate::image::{Aov, GuideImage, Image};
 use crate::metrics::{
     Channel, Comparison, Errors, Flip, MaterialErrors, MetricError, compare, exposure_of, flip,
@@ -175,6 +175,16 @@ pub struct MotionTimes {
     pub passes: Vec<PassTimes>,
 }
 
+/// What the host did beside recording, at most, in the frames or builds of one kind.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HostRow {
+    /// `build`, `frame` or `still`.
+    pub of: String,
+    /// What it did.
+    #[serde(flatten)]
+    pub work: HostWork,
+}
+
 /// How a scene goes on from frame to frame. Times of passes are medians over all frames but the
 /// first; picture, counts and errors are those of the last.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -251,6 +261,9 @@ pub struct Report {
     /// there; what they did not keep in some of them is, with their number as n.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub still: Vec<PassTimes>,
+    /// What the host did in builds, frames and frames in which nothing but the camera moves.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub host: Vec<HostRow>,
     /// Each stage of a build, then of a frame, in the technique's order.
     pub stages: Vec<StageTimes>,
     /// Sums over passes: `build`, all of a build; of a frame `update` (the store), `gather` (the
@@ -440,6 +453,7 @@ impl Report {
             build: Vec::new(),
             passes: Vec::new(),
             still: Vec::new(),
+            host: Vec::new(),
             stages: Vec::new(),
             totals: Vec::new(),
             directions: Vec::new(),

@@ -56,6 +56,8 @@ fn a_lost_device_is_told_with_the_last_pass_that_finished() {
             ..GpuOptions::default()
         });
         let [a, b] = ["a", "b"].map(|name| words(&gpu, name, &[1; 64]));
+        // Uploads go with the next submission: with this one.
+        gpu.read_buffer(&a).unwrap();
         for (_, faults, last) in together
             .clone()
             .chain(apart.clone())

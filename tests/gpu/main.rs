@@ -22,6 +22,7 @@ mod faults;
 mod frame;
 #[cfg(feature = "flip")]
 mod golden;
+mod host_work;
 mod lpv;
 mod lpv_blockers;
 mod lpv_bounces;

@@ -294,8 +294,8 @@ impl Faces {
                 cell_count: self.grid.count(),
             })
             .dispatch([self.grid.count().div_ceil(64), 1, 1]);
-        let stats = gpu.submit(frame)?;
-        let counted: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&sides.counter)?);
+        let (stats, counted) = gpu.submit_and_read(frame, &sides.counter)?;
+        let counted: Vec<u32> = bytemuck::pod_collect_to_vec(&counted);
         sides.count = counted.first().copied().unwrap_or(0);
         if u64::from(sides.count) * size_of::<Side>() as u64 > sides.list.size_bytes() {
             // A quarter more, for models that move and grids that do.

@@ -38,8 +38,8 @@ pub fn explore(
             place_count,
         })
         .dispatch(linear_groups(path_count));
-    let stats = gpu.submit(frame)?;
-    let rows: Vec<[u32; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&places)?);
+    let (stats, rows) = gpu.submit_and_read(frame, &places)?;
+    let rows: Vec<[u32; 4]> = bytemuck::pod_collect_to_vec(&rows);
     let seen = |[x, y, z, normal]: [u32; 4]| {
         let place = Vec3::from([x, y, z].map(f32::from_bits));
         place.is_finite().then(|| (place, unpack_unit(normal)))

@@ -45,8 +45,8 @@ pub fn needed(
             .dispatch(linear_groups(triangle_count));
         first_bit += lattice.probe_count();
     }
-    let stats = gpu.submit(frame)?;
-    let bits: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&bits)?);
+    let (stats, bits) = gpu.submit_and_read(frame, &bits)?;
+    let bits: Vec<u32> = bytemuck::pod_collect_to_vec(&bits);
     let mut needed = BTreeSet::new();
     let mut bit = 0;
     for (level, window) in (0..).zip(windows) {

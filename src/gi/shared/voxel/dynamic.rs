@@ -310,10 +310,9 @@ impl DynamicVoxels {
                 capacity,
             );
             self.add_count(&mut frame, voxels, &params);
-            let run = gpu.submit(std::mem::take(&mut frame))?;
+            let (run, counts) = gpu.submit_and_read(std::mem::take(&mut frame), &self.counts)?;
             self.touched_count = 0;
-            let counts: TouchedCounters =
-                bytemuck::pod_read_unaligned(&gpu.read_buffer(&self.counts)?);
+            let counts: TouchedCounters = bytemuck::pod_read_unaligned(&counts);
             let again = voxelizer.shares_more(counts.unfinished_count)?;
             if !again && counts.fragment_count <= capacity {
                 stats.append(run);

@@ -447,8 +447,8 @@ impl VoxelWindow {
                 );
             }
             add_index(&mut frame, self.voxels.grid, next);
-            let run = gpu.submit(std::mem::take(&mut frame))?;
-            let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&next.counters)?);
+            let (run, counts) = gpu.submit_and_read(std::mem::take(&mut frame), &next.counters)?;
+            let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&counts);
             let (fragment_count, voxel_count, unfinished_count) = (counts[0], counts[1], counts[2]);
             let again = self.voxelizer.shares_more(unfinished_count)?;
             if !again && fragment_count <= scratch.capacity() {

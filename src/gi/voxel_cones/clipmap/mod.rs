@@ -72,6 +72,8 @@ pub struct Clipmap {
     /// The depths of tiles of the maps that have been bound since models moved last, and how often
     /// the maps had moved.
     bound: Option<(Arc<Buffer>, u64)>,
+    /// Whether the shaders have been told where the levels are since the last build.
+    is_placed: bool,
     /// Number of frames since the last build.
     frame: u32,
     /// Where dynamic models were at the last update.
@@ -119,6 +121,7 @@ impl VoxelStore for Clipmap {
             due: Vec::new(),
             scratch: WindowScratch::new(gpu, scene)?,
             bound: None,
+            is_placed: false,
             frame: 0,
             pose: None,
         })
@@ -159,7 +162,7 @@ impl VoxelStore for Clipmap {
             volume.clear(&mut frame);
         }
         let mut stats = gpu.submit(frame)?;
-        self.bound = None;
+        (self.bound, self.is_placed) = (None, false);
         (self.frame, self.pose) = (0, scene.dynamic.as_ref().map(|dynamic| dynamic.bounds));
         stats.append(self.follow(context, &self.layout.places(context.eye), None)?);
         // From here on slabs are voxelized, which have few fragments.

@@ -71,6 +71,7 @@ impl Clipmap {
         stale: Option<(Vec3, Vec3)>,
     ) -> Result<FrameStats, Error> {
         let mut stats = FrameStats::default();
+        let mut is_changed = !std::mem::replace(&mut self.is_placed, true);
         let [carries_gathered, lights_slabs] = [
             self.light_settings.bounces == LightBounces::Feedback,
             self.lights_slabs(),
@@ -111,9 +112,13 @@ impl Clipmap {
                     VoxelBox::NONE
                 };
             }
+            is_changed |= *old != place || !boxes.is_empty();
             *old = place;
             new.extend(boxes);
             stats.append(cost);
+        }
+        if !is_changed {
+            return Ok(stats);
         }
         if let Some(volume) = &self.volume {
             volume.set_places(context.gpu, places)?;

@@ -301,9 +301,9 @@ impl DynamicTiles {
         let mut frame = Frame::new();
         loop {
             self.add_tiles(&mut frame, nodes, touched);
-            let run = gpu.submit(std::mem::take(&mut frame))?;
-            let levels: Vec<Level> =
-                bytemuck::pod_collect_to_vec(&gpu.read_buffer(&self.device_levels)?);
+            let (run, levels) =
+                gpu.submit_and_read(std::mem::take(&mut frame), &self.device_levels)?;
+            let levels: Vec<Level> = bytemuck::pod_collect_to_vec(&levels);
             self.levels = levels
                 .iter()
                 .map(|level| LevelRange {

@@ -315,8 +315,8 @@ impl Pyramid {
     }
 
     /// Tiles of each level, finest first, from tile `first` on. There is always a root.
-    fn read_levels(&self, gpu: &Gpu, mut first: u32) -> Result<Vec<LevelRange>, Error> {
-        let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&self.counts)?);
+    fn levels_of(&self, counts: &[u8], mut first: u32) -> Vec<LevelRange> {
+        let counts: Vec<u32> = bytemuck::pod_collect_to_vec(counts);
         let mut levels: Vec<LevelRange> = (0..self.levels.len())
             .rev()
             .map(|level| {
@@ -331,7 +331,7 @@ impl Pyramid {
             })
             .collect();
         levels.reverse();
-        Ok(levels)
+        levels
     }
 }
 
@@ -387,8 +387,8 @@ impl NodePool {
         let pyramid = Pyramid::new(gpu, voxels.resolution, corners)?;
         let mut frame = Frame::new();
         pyramid.add(&mut frame, voxels);
-        let mut stats = gpu.submit(frame)?;
-        let levels = pyramid.read_levels(gpu, first)?;
+        let (mut stats, counts) = gpu.submit_and_read(frame, &pyramid.counts)?;
+        let levels = pyramid.levels_of(&counts, first);
         let tiles = u64::from(levels[0].first + levels[0].count);
         require_pointers("svo.nodes", tiles)?;
         let (nodes, neighbours) = (

@@ -308,9 +308,8 @@ impl Voxelizer {
                 self.fragment_capacity,
             );
             add_index(&mut frame, self.grid, &grid_buffers);
-            let run = gpu.submit(frame)?;
-            let counts: Vec<u32> =
-                bytemuck::pod_collect_to_vec(&gpu.read_buffer(&grid_buffers.counters)?);
+            let (run, counts) = gpu.submit_and_read(frame, &grid_buffers.counters)?;
+            let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&counts);
             let (fragment_count, voxel_count, unfinished_count) = (counts[0], counts[1], counts[2]);
             if self.shares_more(unfinished_count)? {
                 stats.append(run.into_counting());
