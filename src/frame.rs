@@ -133,7 +133,8 @@ impl<'g> Renderer<'g> {
             lend: registry::lend,
         };
         let mut technique = (entry.make)(&context, settings)?;
-        let build = technique.build(&context)?;
+        let mut build = technique.build(&context)?;
+        build.append(gpu.submit_waiting()?);
         let needs = technique.needs();
         let cascades = LightCascades {
             count: frame.shadows.cascades,
@@ -236,6 +237,7 @@ impl<'g> Renderer<'g> {
         (self.is_whole, self.is_still) = (false, false);
         let before = self.gpu.host_work();
         let mut stats = self.technique.build(&context!(self))?;
+        stats.append(self.gpu.submit_waiting()?);
         stats.host = self.gpu.host_work().since(before);
         self.is_whole = true;
         Ok(stats)
@@ -248,14 +250,15 @@ impl<'g> Renderer<'g> {
         let was_whole = std::mem::take(&mut self.is_whole);
         self.is_still &= self.scene.dynamic.is_none();
         self.screen.expect_change(self.frames_to_rest);
-        let mut stats = self.gbuffer.keep_pose(self.gpu, &self.scene)?;
+        self.gbuffer.keep_pose(self.gpu, &self.scene);
+        let mut stats = FrameStats::default();
         let places = |scene: &GpuScene| scene.dynamic.as_ref().map(|models| models.bounds);
         let before = places(&self.scene);
         let moved = self.scene.set_pose(self.gpu, scene);
         for bounds in [before, places(&self.scene)].into_iter().flatten() {
             (self.all_maps_mut()).for_each(|maps| maps.moved_in(bounds));
         }
-        stats.append(moved?);
+        moved?;
         if was_whole && self.scene.dynamic.is_some() {
             stats.append(self.technique.follow(&context!(self), Change::Models)?);
         }
@@ -295,11 +298,29 @@ impl<'g> Renderer<'g> {
         self.render_again(camera)
     }
 
+    /// As [`Renderer::render`], without waiting for the frame: [`Gpu::finish`] tells what it cost.
+    /// Returns the cost of what had to be waited for all the same, because the host asks how much
+    /// there is of something.
+    pub fn render_ahead(&mut self, camera: &Camera) -> Result<FrameStats, Error> {
+        (self.all_maps_mut()).for_each(LightMaps::forget);
+        self.is_still = false;
+        let ahead = |gpu: &Gpu, frame| gpu.submit_ahead(frame).map(|()| FrameStats::default());
+        self.draw(camera, ahead)
+    }
+
     /// As [`Renderer::render`], with what still holds of the frame before: light maps, and the
     /// light of the technique's store. A map is drawn again if its light has moved, if models have
     /// moved that it sees, or if it is a cascade that has moved with the camera; the store is lit
     /// again if anything but the camera has changed. The same picture in less time.
     pub fn render_again(&mut self, camera: &Camera) -> Result<FrameStats, Error> {
+        self.draw(camera, Gpu::submit)
+    }
+
+    fn draw(
+        &mut self,
+        camera: &Camera,
+        submit: impl FnOnce(&Gpu, Frame) -> Result<FrameStats, Error>,
+    ) -> Result<FrameStats, Error> {
         let before = self.gpu.host_work();
         if !self.is_whole {
             self.cut();
@@ -350,7 +371,7 @@ impl<'g> Renderer<'g> {
         self.output
             .draw_composite(&mut frame, &self.gbuffer, &light);
         self.light = Some(light);
-        stats.append(self.gpu.submit(frame)?);
+        stats.append(submit(self.gpu, frame)?);
         self.gbuffer.keep_frame(&seen_with);
         self.screen.keep_frame(&seen_with);
         (self.all_maps_mut()).for_each(LightMaps::keep);

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use crate::gi::entry::Entry;
 use crate::gi::registry::{DEFAULT, find};
@@ -10,6 +11,7 @@ use crate::measure::bench::{BenchSettings, Case, Truth, cases, measure};
 use crate::measure::draw::Chart;
 use crate::measure::records::{Records, line_of, read_records, record_files};
 use crate::measure::report::Report;
+use crate::measure::throughput;
 use crate::measure::walk::{self, WalkSettings};
 use crate::measure::{
     directions_chart, error_chart, memory_chart, motion_chart, passes_chart, stages_chart,
@@ -21,8 +23,8 @@ use crate::scene::Scene;
 
 use super::CliError;
 use super::common::{
-    DeviceArgs, LoadArgs, TimingArgs, bad_setting, check_max_error, parse_channel, parse_size,
-    progress_bar, reference, say, warn_of_idle_in,
+    DeviceArgs, LoadArgs, TimingArgs, bad_setting, check_max_error, parse_channel, parse_seconds,
+    parse_size, progress_bar, reference, say, warn_of_idle_in,
 };
 use super::files::check_results_folder;
 use super::frame::FrameArgs;
@@ -94,6 +96,9 @@ pub(crate) struct Args {
         requires = "walk"
     )]
     speeds: Vec<f32>,
+    /// Count frames a second for so long (s), and as long with frames in flight.
+    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
+    throughput: Option<Duration>,
     /// Width and height (px).
     #[arg(long, value_name = "WxH", default_value = "256x256", value_parser = parse_size)]
     size: (u32, u32),
@@ -202,6 +207,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         times,
         still: true,
         walk,
+        throughput: args.throughput,
         samples: true,
         channel: args.channel,
     };
@@ -274,6 +280,7 @@ fn bench_scene(
             bar.suspend(|| {
                 std::iter::once(table::row(&report))
                     .chain(walk::lines(&report))
+                    .chain(throughput::lines(&report))
                     .for_each(|line| say(&line))
             });
         }

@@ -398,6 +398,13 @@ pub(super) fn parse_size(text: &str) -> Result<(u32, u32), String> {
     }
 }
 
+/// A time in seconds, more than 0 and at most an hour.
+pub(super) fn parse_seconds(text: &str) -> Result<Duration, String> {
+    let seconds = text.parse().ok().filter(|s: &f64| *s > 0.0 && *s <= 3600.0);
+    let seconds = seconds.ok_or("write seconds, more than 0 and at most 3600, as in 2.5")?;
+    Ok(Duration::from_secs_f64(seconds))
+}
+
 /// A channel by its name.
 pub(super) fn parse_channel(text: &str) -> Result<Channel, String> {
     match text {

@@ -61,6 +61,7 @@ impl MeasureArgs {
             times: Vec::new(),
             still: false,
             walk: None,
+            throughput: None,
             samples: false,
             channel: self.channel,
         })

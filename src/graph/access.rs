@@ -16,6 +16,8 @@ pub enum Access {
     ComputeReadWrite,
     /// Sampled image, read by a compute shader.
     ComputeSampled,
+    /// Uniform buffer, read by a compute shader.
+    ComputeUniform,
     /// Acceleration structure, traced by a compute shader.
     ComputeTraced,
     /// Storage buffer or storage image, only read.
@@ -24,6 +26,8 @@ pub enum Access {
     RasterReadWrite,
     /// Sampled image, read by a vertex, geometry or fragment shader.
     RasterSampled,
+    /// Uniform buffer, read by a vertex, geometry or fragment shader.
+    RasterUniform,
     /// Colour attachment.
     ColorTarget,
     /// Depth attachment, tested and written.
@@ -34,7 +38,7 @@ pub enum Access {
     ConditionRead,
     /// Source of a copy or blit.
     TransferRead,
-    /// Destination of a copy, blit, fill or clear.
+    /// Destination of a copy, blit, fill, clear or of constants.
     TransferWrite,
     /// What an acceleration structure is built from.
     BuildInput,
@@ -71,15 +75,17 @@ const RASTER: vk::PipelineStageFlags2 = vk::PipelineStageFlags2::from_raw(
 
 impl Access {
     /// All words, for tests.
-    pub const ALL: [Access; 19] = [
+    pub const ALL: [Access; 21] = [
         Access::ComputeRead,
         Access::ComputeWrite,
         Access::ComputeReadWrite,
         Access::ComputeSampled,
+        Access::ComputeUniform,
         Access::ComputeTraced,
         Access::RasterRead,
         Access::RasterReadWrite,
         Access::RasterSampled,
+        Access::RasterUniform,
         Access::ColorTarget,
         Access::DepthTarget,
         Access::IndirectRead,
@@ -107,6 +113,7 @@ impl Access {
                 A::NONE,
                 L::SHADER_READ_ONLY_OPTIMAL,
             ),
+            Access::ComputeUniform => (S::COMPUTE_SHADER, A::UNIFORM_READ, A::NONE, L::UNDEFINED),
             Access::ComputeTraced => (
                 S::COMPUTE_SHADER,
                 A::ACCELERATION_STRUCTURE_READ_KHR,
@@ -121,6 +128,7 @@ impl Access {
                 A::NONE,
                 L::SHADER_READ_ONLY_OPTIMAL,
             ),
+            Access::RasterUniform => (RASTER, A::UNIFORM_READ, A::NONE, L::UNDEFINED),
             Access::ColorTarget => (
                 S::COLOR_ATTACHMENT_OUTPUT,
                 A::COLOR_ATTACHMENT_READ,

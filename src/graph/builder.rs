@@ -360,16 +360,12 @@ impl<'f> PassBuilder<'f> {
             .zip(pass.bindings)
             .flat_map(|(resource, binding)| resource.bound(binding));
         let mut uses: Vec<(Resource, Use)> = bound.chain(more_uses).collect();
-        let access = if pass.is_compute() {
-            Access::ComputeRead
-        } else {
-            Access::RasterRead
-        };
-        for buffer in scene.iter().flat_map(|scene| &scene.storage) {
+        let of_scene = scene.iter().flat_map(|scene| scene.read_by(pass));
+        uses.extend(of_scene.map(|(buffer, access)| {
             let resource = Resource::from(buffer);
             let used = resource.used(access);
-            uses.push((resource, used));
-        }
+            (resource, used)
+        }));
         let condition = frame.condition.clone();
         if let Some(word) = &condition {
             // The clears of attachments would take place all the same.

@@ -12,6 +12,9 @@ use super::sets::{MaterialSets, SceneSet};
 use super::{Access, Sets};
 use crate::vulkan::{AccelerationStructure, Buffer, Image, ImageRegion};
 
+/// So many bytes may be in commands (the limit of `vkCmdUpdateBuffer`).
+pub(super) const SET_BYTES: usize = 1 << 16;
+
 /// A buffer, or some mips of an image.
 #[derive(Clone)]
 pub enum Resource {
@@ -162,6 +165,8 @@ pub(super) enum Work {
     Nothing,
     Pass(Box<PassCall>),
     Fill(Arc<Buffer>, u64, u32),
+    /// Bytes to the start of a buffer, which the commands themselves hold.
+    Set(Arc<Buffer>, Vec<u8>),
     Clear(Arc<Image>, Range<u32>, ClearValue),
     BlitMip(Arc<Image>, u32),
     CopyBuffer {
@@ -385,6 +390,21 @@ impl Frame {
             .last_mut()
             .into_iter()
             .for_each(|step| step.is_told = false);
+    }
+
+    /// Bytes to the start of a buffer, at most [`SET_BYTES`] and whole words, which the commands
+    /// themselves hold.
+    pub(super) fn set(&mut self, name: String, buffer: &Arc<Buffer>, bytes: &[u8]) {
+        assert!(
+            bytes.len() <= SET_BYTES && bytes.len().is_multiple_of(4),
+            "buffer {}: {} bytes",
+            buffer.name(),
+            bytes.len()
+        );
+        let resource = Resource::from(buffer);
+        let used = resource.used(Access::TransferWrite);
+        let work = Work::Set(Arc::clone(buffer), bytes.to_vec());
+        self.push_untold(name, vec![(resource, used)], work);
     }
 
     pub(super) fn push(&mut self, name: String, uses: Vec<(Resource, Use)>, work: Work) {

@@ -1,21 +1,18 @@
 //! The context that everything uses: one device, its resources, and frames run on it.
 
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Instant;
 
-use super::frame::{Frame, Resource, Step, Work};
+use super::frame::{Frame, Resource, Work};
 use super::journal::JournalFrame;
-use super::plan::{State, plan};
-use super::record::{Pipelines, Recorder};
+use super::runner::Runner;
 use super::sets::{MATERIAL_TEXTURES, MaterialSet, SceneBindings, SceneSet, SharedSets};
 use super::stats::{FrameStats, HostWork};
 use super::{Access, plan::Barrier};
 use crate::vulkan::{
-    AccelerationStructure, Adapter, Buffer, BufferDesc, Commands, Device, DeviceChoice, DeviceInfo,
+    AccelerationStructure, Adapter, Buffer, BufferDesc, Device, DeviceChoice, DeviceInfo,
     DeviceKind, Error, Faults, Features, Image, ImageDesc, Instance, InstanceOptions, Limits,
-    Messages, Owner, RAY_QUERY, StructureDesc, StructureKind, Timestamps, vk,
+    Messages, Owner, RAY_QUERY, StructureDesc, StructureKind,
 };
 
 /// How to open a [`Gpu`].
@@ -77,33 +74,10 @@ pub struct Gpu {
     /// Owners of the device that live as long as this object, but for pipelines, which come and
     /// stay.
     own_count: usize,
-    trace: bool,
     isolate: bool,
     device_rays: bool,
     cache_dir: Option<PathBuf>,
     progress: Option<fn(&'static str, f32)>,
-}
-
-/// What one frame at a time needs.
-struct Runner {
-    commands: Commands,
-    timestamps: Timestamps,
-    pipelines: Pipelines,
-    state: State,
-    journal: Option<Vec<JournalFrame>>,
-    uploads: Uploads,
-    host: HostWork,
-}
-
-/// What goes with the next submission.
-#[derive(Default)]
-pub(super) struct Uploads {
-    /// The copies.
-    pub(super) steps: Vec<Step>,
-    /// Buffers among their targets.
-    pub(super) ready: Vec<Arc<Buffer>>,
-    /// Bytes that are copied.
-    pub(super) bytes: u64,
 }
 
 impl Gpu {
@@ -112,23 +86,15 @@ impl Gpu {
         let instance = Instance::new(&options.instance())?;
         let device = Device::new(&instance, &options.device, options.cache_dir.as_deref())?;
         let device_rays = device_rays(device.adapter(), options.device_rays)?;
-        let runner = Runner {
-            commands: Commands::new(&device)?,
-            timestamps: Timestamps::new(&device, 128)?,
-            pipelines: Pipelines::default(),
-            state: State::default(),
-            journal: None,
-            uploads: Uploads::default(),
-            host: HostWork::default(),
-        };
         let shared = SharedSets::new(&device)?;
+        let how = (options.trace_barriers, options.isolate_passes);
+        let runner = Runner::new(&device, &shared, how)?;
         let own_count = Arc::strong_count(&device);
         Ok(Gpu {
             runner: Mutex::new(runner),
             shared,
             device,
             own_count,
-            trace: options.trace_barriers,
             isolate: options.isolate_passes,
             device_rays,
             cache_dir: options.cache_dir.clone(),
@@ -205,9 +171,39 @@ impl Gpu {
         self.submit(frame).map(drop)
     }
 
-    /// Plans, records and runs a frame after the uploads before it, and waits for it.
+    /// Plans, records and runs a frame after what waits for it ([`Gpu::enqueue`]), whose cost is
+    /// told with its own, and waits for it.
     pub fn submit(&self, frame: Frame) -> Result<FrameStats, Error> {
         self.run(frame, |_| true)
+    }
+
+    /// As [`Gpu::submit`], without waiting for it: only for the oldest where
+    /// [`FRAMES_IN_FLIGHT`] run already. [`Gpu::finish`] tells its cost.
+    pub fn submit_ahead(&self, frame: Frame) -> Result<(), Error> {
+        if frame.steps.is_empty() {
+            return Ok(());
+        }
+        self.runner().run_ahead(frame)
+    }
+
+    /// Waits for all frames that run, and tells what each has cost that nobody waited for before.
+    pub fn finish(&self) -> Result<Vec<FrameStats>, Error> {
+        self.runner().finish()
+    }
+
+    /// A frame that goes with the next submission, before it and after uploads and frames so far:
+    /// for work whose results the host does not need.
+    pub fn enqueue(&self, frame: Frame) {
+        self.runner().waiting.steps.extend(frame.steps);
+    }
+
+    /// Submits what waits for the next submission, if anything does, and tells what it cost.
+    pub fn submit_waiting(&self) -> Result<FrameStats, Error> {
+        let runner = &mut *self.runner();
+        if runner.waiting.steps.is_empty() {
+            return Ok(std::mem::take(&mut runner.waiting.stats));
+        }
+        runner.run(Frame::new(), |_| true)
     }
 
     /// What the host has done so far.
@@ -219,15 +215,26 @@ impl Gpu {
         add(&mut self.runner().host);
     }
 
-    /// Adds to the uploads that go with the next submission.
-    pub(super) fn with_uploads<T>(&self, change: impl FnOnce(&mut Uploads) -> T) -> T {
-        change(&mut self.runner().uploads)
+    /// Uploads that go with the next submission, of so many bytes; answers how many bytes wait.
+    pub(super) fn enqueue_upload(&self, frame: Frame, bytes: u64) -> u64 {
+        let runner = &mut *self.runner();
+        runner.host.uploads += 1;
+        runner.waiting.steps.extend(frame.into_untold());
+        runner.waiting.bytes += bytes;
+        runner.waiting.bytes
     }
 
-    /// Submits uploads that wait, so that no memory is theirs.
+    /// Submits what waits, and keeps its cost for the next who asks.
+    pub(super) fn submit_early(&self) -> Result<(), Error> {
+        let stats = self.submit_waiting()?;
+        self.runner().waiting.stats.append(stats);
+        Ok(())
+    }
+
+    /// Submits what waits and waits for all, so that no memory is its.
     fn settle(&self) {
-        if let Err(error) = self.flush() {
-            log::debug!("uploads wait on: {error}");
+        if let Err(error) = self.submit_early().and_then(|()| self.runner().wait()) {
+            log::debug!("work waits on: {error}");
         }
     }
 
@@ -289,11 +296,20 @@ impl Gpu {
         left
     }
 
+    fn run(&self, frame: Frame, keep: impl Fn(&Barrier) -> bool) -> Result<FrameStats, Error> {
+        if frame.steps.is_empty() {
+            return Ok(FrameStats::default());
+        }
+        self.runner().run(frame, keep)
+    }
+
     /// Takes a shader module, compiled while the program runs, in place of the embedded one of this
     /// stem. Where it cannot be, the old one stays and the error says why. Answers how many
     /// pipelines it was built into.
     pub fn replace_module(&self, stem: &str, words: Vec<u32>) -> Result<usize, Error> {
         let mut runner = self.runner();
+        // Frames that run have the old pipelines.
+        runner.wait()?;
         runner.pipelines.replace_module(&self.device, stem, words)
     }
 
@@ -355,147 +371,6 @@ impl Gpu {
     pub fn features(&self) -> &Features {
         &self.device.adapter().features
     }
-
-    fn run(&self, mut frame: Frame, keep: impl Fn(&Barrier) -> bool) -> Result<FrameStats, Error> {
-        if frame.steps.is_empty() {
-            return Ok(FrameStats::default());
-        }
-        let runner = &mut *self.runner();
-        let Uploads {
-            mut steps,
-            ready,
-            bytes,
-        } = std::mem::take(&mut runner.uploads);
-        let count = steps.len();
-        steps.extend(ready_step(&ready, &frame));
-        frame.steps.splice(0..0, steps);
-        runner.host.submissions += 1;
-        let stats = self.run_all(runner, &frame, keep);
-        // They may not have arrived, where there still is a device.
-        if matches!(&stats, Err(error) if !matches!(error, Error::DeviceLost { .. })) {
-            let steps = frame.steps.drain(..count).collect();
-            runner.uploads = Uploads {
-                steps,
-                ready,
-                bytes,
-            };
-        }
-        stats
-    }
-
-    fn run_all(
-        &self,
-        runner: &mut Runner,
-        frame: &Frame,
-        keep: impl Fn(&Barrier) -> bool,
-    ) -> Result<FrameStats, Error> {
-        for id in self.device.take_retired() {
-            runner.state.forget(id);
-        }
-        let (mut barriers, state) = plan(&frame.uses(), &runner.state);
-        barriers
-            .iter_mut()
-            .for_each(|barriers| barriers.retain(&keep));
-        if let Some(journal) = &mut runner.journal {
-            let names = frame
-                .names()
-                .iter()
-                .map(|name| (*name).to_owned())
-                .collect();
-            journal.push(JournalFrame {
-                names,
-                uses: frame.uses(),
-                issued: Vec::new(),
-            });
-        }
-        runner.pipelines.make(&self.device, &self.shared, frame)?;
-        let count = u32::try_from(2 * frame.steps.len()).unwrap_or(u32::MAX);
-        if runner.timestamps.count() < count {
-            runner.timestamps = Timestamps::new(&self.device, count.next_power_of_two())?;
-        }
-        runner.timestamps.reset();
-        let mut recorder = Recorder {
-            device: &self.device,
-            shared: &self.shared,
-            commands: &runner.commands,
-            timestamps: &runner.timestamps,
-            pipelines: &mut runner.pipelines,
-            notes: runner
-                .journal
-                .as_mut()
-                .and_then(|journal| journal.last_mut())
-                .map(|frame| &mut frame.issued),
-            trace: self.trace,
-        };
-        let part_len = if self.isolate {
-            1
-        } else {
-            frame.steps.len().max(1)
-        };
-        // A frame without steps is still one, empty, submission.
-        let starts = (0..frame.steps.len().max(1)).step_by(part_len);
-        let mut host_ms = Vec::with_capacity(starts.len());
-        for start in starts {
-            let loss = self.device.planted_loss();
-            let end = (start + loss.unwrap_or(part_len).min(part_len)).min(frame.steps.len());
-            let pool = recorder.record(frame, &barriers, start..end)?;
-            let start = Instant::now();
-            let done = recorder.commands.submit_and_wait().and(if loss.is_some() {
-                Err(vk::Result::ERROR_DEVICE_LOST)
-            } else {
-                Ok(())
-            });
-            host_ms.push(start.elapsed().as_secs_f64() * 1e3);
-            done.map_err(|result| failure(frame, &recorder.timestamps.read(count), result))?;
-            drop(pool);
-        }
-        let gpu_ms = if self.isolate {
-            host_ms
-        } else {
-            self.pass_ms(&runner.timestamps.read(count))
-        };
-        runner.state = state;
-        let mut stats = FrameStats::default();
-        frame
-            .steps
-            .iter()
-            .zip(gpu_ms)
-            .filter(|(step, _)| step.is_told)
-            .for_each(|(step, ms)| stats.add(&step.name, ms));
-        Ok(stats)
-    }
-
-    /// Milliseconds between the two timestamps of each step.
-    fn pass_ms(&self, ticks: &[Option<u64>]) -> Vec<f64> {
-        let ms_per_tick = f64::from(self.device.adapter().limits.timestamp_period_ns) * 1e-6;
-        let elapsed = |pair: &[Option<u64>]| match pair {
-            [Some(start), Some(end)] => end.saturating_sub(*start) as f64 * ms_per_tick,
-            _ => 0.0,
-        };
-        ticks.chunks_exact(2).map(elapsed).collect()
-    }
-}
-
-/// Makes buffers ready to be read by passes that do not say so, as of the scene's. What the frame
-/// declares gets its barriers from that.
-fn ready_step(buffers: &[Arc<Buffer>], frame: &Frame) -> Option<Step> {
-    let uses = frame.uses();
-    let mut known: BTreeSet<u64> = uses.iter().flatten().map(|used| used.resource).collect();
-    let ready: Vec<_> = buffers
-        .iter()
-        .map(Resource::from)
-        .filter(|buffer| known.insert(buffer.id()))
-        .flat_map(|buffer| {
-            [Access::ComputeRead, Access::RasterRead]
-                .map(|access| (buffer.clone(), buffer.used(access)))
-        })
-        .collect();
-    (!ready.is_empty()).then(|| Step {
-        name: "uploads".to_owned(),
-        uses: ready,
-        work: Work::Nothing,
-        is_told: false,
-    })
 }
 
 /// Whether a device is to trace rays; an error where it is asked to and cannot.
@@ -508,25 +383,4 @@ fn device_rays(adapter: &Adapter, asked: Option<bool>) -> Result<bool, Error> {
         });
     }
     Ok(asked.unwrap_or(can && adapter.info.kind != DeviceKind::Cpu))
-}
-
-/// Says which pass was the last to finish.
-fn failure(frame: &Frame, ticks: &[Option<u64>], result: vk::Result) -> Error {
-    if result != vk::Result::ERROR_DEVICE_LOST {
-        return Error::Vulkan {
-            what: "running a frame".to_owned(),
-            result,
-        };
-    }
-    let finished = frame
-        .steps
-        .iter()
-        .zip(ticks.chunks_exact(2))
-        .take_while(|(_, pair)| pair.iter().all(Option::is_some))
-        .last();
-    Error::DeviceLost {
-        last_pass: finished.map_or("none of this frame".to_owned(), |(step, _)| {
-            step.name.clone()
-        }),
-    }
 }

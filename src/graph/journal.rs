@@ -239,7 +239,7 @@ impl Issued {
         Some(Issued::Transfer(match work {
             Work::Nothing => return Some(Issued::Nothing),
             Work::Pass(_) => return None,
-            Work::Fill(buffer, ..) => vec![Touch::buffer(buffer, write)],
+            Work::Fill(buffer, ..) | Work::Set(buffer, _) => vec![Touch::buffer(buffer, write)],
             Work::Clear(image, mips, _) => {
                 vec![Touch::mips(image, mips.clone(), write, target_layout)]
             }

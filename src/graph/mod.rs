@@ -45,6 +45,7 @@ mod journal;
 pub mod pass;
 pub mod plan;
 mod record;
+mod runner;
 mod sets;
 pub mod stats;
 mod transfer;
@@ -59,6 +60,7 @@ pub use journal::{Issued, IssuedBarrier, JournalFrame, Touch};
 pub use pass::{
     Binding, BindingKind, DepthBias, Pass, RasterState, SCENE_CONSTANTS, Sets, Shaders,
 };
+pub use runner::FRAMES_IN_FLIGHT;
 pub use sets::{MATERIAL_TEXTURES, MaterialSet, MaterialSets, SceneBindings, SceneSet};
 pub use stats::{FrameStats, HostWork, PassTime, PassTimes, Spread, TimesAccumulator};
 

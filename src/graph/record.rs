@@ -386,6 +386,7 @@ impl Recorder<'_> {
             Work::Nothing => {}
             Work::Pass(call) => self.pass(call, pool)?,
             Work::Fill(buffer, first_byte, value) => commands.fill(buffer, *first_byte, *value),
+            Work::Set(buffer, bytes) => commands.set(buffer, bytes),
             Work::Clear(image, mips, value) => commands.clear(image, mips, value.raw()),
             Work::BlitMip(image, source) => commands.blit_mip(image, *source),
             Work::CopyBuffer {
@@ -527,10 +528,10 @@ fn issued(
     [color_views, depth_views]: [&[Attachment]; 2],
 ) -> Issued {
     let is_compute = call.pass.is_compute();
-    let (read, sampled) = if is_compute {
-        (Access::ComputeRead, Access::ComputeSampled)
+    let sampled = if is_compute {
+        Access::ComputeSampled
     } else {
-        (Access::RasterRead, Access::RasterSampled)
+        Access::RasterSampled
     };
     let bound = call
         .resources
@@ -542,12 +543,8 @@ fn issued(
             Touch::descriptor(resource, descriptor, binding.access)
         })
         .collect();
-    touched.extend(
-        call.scene
-            .iter()
-            .flat_map(|scene| &scene.storage)
-            .map(|buffer| Touch::buffer(buffer, read)),
-    );
+    let of_scene = (call.scene.iter()).flat_map(|scene| scene.read_by(call.pass));
+    touched.extend(of_scene.map(|(buffer, access)| Touch::buffer(buffer, access)));
     let conditions = call.condition.iter();
     touched.extend(conditions.map(|word| Touch::buffer(word, Access::ConditionRead)));
     let mut used_materials = Vec::new();

@@ -4,6 +4,8 @@ use std::sync::Arc;
 
 use ash::vk;
 
+use super::Access;
+use super::pass::Pass;
 use crate::vulkan::{
     Buffer, Descriptor, DescriptorPool, Device, Error, Image, Sampler, SamplerDesc, SetLayout,
 };
@@ -39,11 +41,12 @@ pub struct SceneBindings {
 /// (8) of triangles, materials (9), lights (10), the environment by direction (11).
 pub struct SceneSet {
     pub(super) raw: vk::DescriptorSet,
-    /// The storage buffers; every pass that uses the set reads them.
-    pub(super) storage: [Arc<Buffer>; 7],
+    /// The storage buffers.
+    storage: [Arc<Buffer>; 7],
     /// Values of [`super::SCENE_CONSTANTS`].
     pub(super) has: [bool; 2],
-    _frame_uniform: Arc<Buffer>,
+    /// The frame constants.
+    frame_uniform: Arc<Buffer>,
     _sky: Arc<Image>,
     _shared: Arc<SharedSets>,
     _pool: DescriptorPool,
@@ -158,11 +161,22 @@ impl SceneSet {
             raw,
             storage,
             has: [sky.extent(0) != [1; 3], bindings.has_cascades],
-            _frame_uniform: Arc::clone(&bindings.frame_uniform),
+            frame_uniform: Arc::clone(&bindings.frame_uniform),
             _sky: Arc::clone(sky),
             _shared: Arc::clone(shared),
             _pool: pool,
         }))
+    }
+
+    /// The buffers that a pass reads which uses the set, and how.
+    pub(super) fn read_by(&self, pass: &Pass) -> impl Iterator<Item = (&Arc<Buffer>, Access)> {
+        let [storage, uniform] = if pass.is_compute() {
+            [Access::ComputeRead, Access::ComputeUniform]
+        } else {
+            [Access::RasterRead, Access::RasterUniform]
+        };
+        let stored = self.storage.iter().map(move |buffer| (buffer, storage));
+        stored.chain([(&self.frame_uniform, uniform)])
     }
 }
 

@@ -16,15 +16,17 @@ pub struct PassTime {
     pub runs: u32,
 }
 
-/// What the host did beside recording. Each submission is waited for.
+/// What the host did beside recording.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct HostWork {
     /// Submissions, readbacks among them. Passes that are timed one by one count as one.
     pub submissions: u64,
+    /// How often it waited for the device.
+    pub waits: u64,
     /// Buffers and images, or parts of them, that bytes were brought to. They go with the next
     /// submission.
     pub uploads: u64,
-    /// Writes to memory that the device reads in place, such as the constants of a frame.
+    /// Constants, such as those of a frame, which come with its commands.
     pub writes: u64,
     /// Buffers and images, or parts of them, that were read back.
     pub readbacks: u64,
@@ -35,6 +37,7 @@ impl HostWork {
     pub fn since(self, before: HostWork) -> HostWork {
         HostWork {
             submissions: self.submissions - before.submissions,
+            waits: self.waits - before.waits,
             uploads: self.uploads - before.uploads,
             writes: self.writes - before.writes,
             readbacks: self.readbacks - before.readbacks,
@@ -45,6 +48,7 @@ impl HostWork {
     pub fn max(self, other: HostWork) -> HostWork {
         HostWork {
             submissions: self.submissions.max(other.submissions),
+            waits: self.waits.max(other.waits),
             uploads: self.uploads.max(other.uploads),
             writes: self.writes.max(other.writes),
             readbacks: self.readbacks.max(other.readbacks),

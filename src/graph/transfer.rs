@@ -20,23 +20,20 @@ impl Gpu {
             buffer.name(),
             buffer.size_bytes()
         );
-        if buffer.usage() != BufferUsage::Storage {
-            buffer.write_mapped(0, bytes);
-            self.note(|host| host.writes += 1);
-            return Ok(());
-        }
         if bytes.is_empty() {
             return Ok(());
         }
-        let staging = self.staging(buffer.name(), bytes)?;
+        let name = format!("upload {}", buffer.name());
         let mut frame = Frame::new();
-        frame.copy_buffer(
-            format!("upload {}", buffer.name()),
-            (&staging, 0),
-            (buffer, 0),
-            size,
-        );
-        self.upload(frame, size, Some(buffer))
+        if buffer.usage() == BufferUsage::Uniform {
+            self.note(|host| host.writes += 1);
+            frame.set(name, buffer, bytes);
+            self.enqueue(frame);
+            return Ok(());
+        }
+        let staging = self.stage(buffer.name(), bytes)?;
+        frame.copy_buffer(name, (&staging, 0), (buffer, 0), size);
+        self.upload(frame, size)
     }
 
     /// Copies texels to one mip and layer of an image, before all work that is submitted from now
@@ -91,7 +88,7 @@ impl Gpu {
         region: ImageRegion,
         bytes: &[u8],
     ) -> Result<(), Error> {
-        let staging = self.staging(image.name(), bytes)?;
+        let staging = self.stage(image.name(), bytes)?;
         let mut frame = Frame::new();
         let (from, to) = (
             Resource::from(&staging),
@@ -107,7 +104,7 @@ impl Gpu {
             region,
         };
         frame.push(format!("upload {}", image.name()), uses, work);
-        self.upload(frame, bytes.len() as u64, None)
+        self.upload(frame, bytes.len() as u64)
     }
 
     /// The contents of a buffer, once all work before has finished.
@@ -119,17 +116,30 @@ impl Gpu {
     /// Runs a frame, and gives what is then in a buffer: one submission.
     pub fn submit_and_read(
         &self,
-        mut frame: Frame,
+        frame: Frame,
         buffer: &Arc<Buffer>,
     ) -> Result<(FrameStats, Vec<u8>), Error> {
-        let source = if buffer.usage() == BufferUsage::Storage {
-            let staging = self.readback(buffer.name(), buffer.size_bytes())?;
-            frame.copy_for_host(buffer, 0, &staging);
-            staging
-        } else {
-            Arc::clone(buffer)
-        };
-        self.read_after(frame, &source)
+        let (stats, contents) = self.submit_and_read_all(frame, &[buffer])?;
+        Ok((stats, contents.into_iter().next().unwrap_or_default()))
+    }
+
+    /// The same for several buffers.
+    pub fn submit_and_read_all(
+        &self,
+        mut frame: Frame,
+        buffers: &[&Arc<Buffer>],
+    ) -> Result<(FrameStats, Vec<Vec<u8>>), Error> {
+        let mut sources = Vec::with_capacity(buffers.len());
+        for buffer in buffers {
+            sources.push(if buffer.usage() == BufferUsage::Storage {
+                let staging = self.readback(buffer.name(), buffer.size_bytes())?;
+                frame.copy_for_host(buffer, 0, &staging);
+                staging
+            } else {
+                Arc::clone(buffer)
+            });
+        }
+        self.read_after(frame, &sources)
     }
 
     /// Part of a storage buffer, from a byte on, once all work before has finished.
@@ -142,8 +152,7 @@ impl Gpu {
         let mut frame = Frame::new();
         let staging = self.readback(buffer.name(), size_bytes)?;
         frame.copy_for_host(buffer, first_byte, &staging);
-        let (_, bytes) = self.read_after(frame, &staging)?;
-        Ok(bytes)
+        self.read_one(frame, staging)
     }
 
     /// The texels of one mip and layer of an image, tightly packed, once all work before has
@@ -199,54 +208,45 @@ impl Gpu {
             target: Arc::clone(&staging),
         };
         frame.push_untold(format!("read {}", image.name()), uses, work);
-        let (_, bytes) = self.read_after(frame, &staging)?;
-        Ok(bytes)
+        self.read_one(frame, staging)
     }
 
     fn read_after(
         &self,
         mut frame: Frame,
-        buffer: &Arc<Buffer>,
-    ) -> Result<(FrameStats, Vec<u8>), Error> {
-        let resource = Resource::from(buffer);
-        let used = resource.used(Access::HostRead);
-        frame.push_untold(
-            format!("host read {}", buffer.name()),
-            vec![(resource, used)],
-            Work::Nothing,
-        );
+        buffers: &[Arc<Buffer>],
+    ) -> Result<(FrameStats, Vec<Vec<u8>>), Error> {
+        for buffer in buffers {
+            let resource = Resource::from(buffer);
+            let used = resource.used(Access::HostRead);
+            frame.push_untold(
+                format!("host read {}", buffer.name()),
+                vec![(resource, used)],
+                Work::Nothing,
+            );
+        }
         let stats = self.submit(frame)?;
-        self.note(|host| host.readbacks += 1);
-        Ok((stats, buffer.read_mapped()))
+        self.note(|host| host.readbacks += buffers.len() as u64);
+        let contents = buffers.iter().map(|buffer| buffer.read_mapped());
+        Ok((stats, contents.collect()))
     }
 
-    /// Keeps what brings so many bytes to the device for the next submission; a buffer is ready then
-    /// for passes that do not declare it.
-    fn upload(&self, frame: Frame, bytes: u64, buffer: Option<&Arc<Buffer>>) -> Result<(), Error> {
-        self.note(|host| host.uploads += 1);
-        let waiting_bytes = self.with_uploads(|uploads| {
-            uploads.steps.extend(frame.into_untold());
-            uploads.ready.extend(buffer.map(Arc::clone));
-            uploads.bytes += bytes;
-            uploads.bytes
-        });
-        if waiting_bytes <= WAITING_BYTES {
+    /// What a frame leaves in one buffer.
+    fn read_one(&self, frame: Frame, buffer: Arc<Buffer>) -> Result<Vec<u8>, Error> {
+        let (_, contents) = self.read_after(frame, &[buffer])?;
+        Ok(contents.into_iter().next().unwrap_or_default())
+    }
+
+    /// Keeps what brings so many bytes to the device for the next submission.
+    fn upload(&self, frame: Frame, bytes: u64) -> Result<(), Error> {
+        if self.enqueue_upload(frame, bytes) <= WAITING_BYTES {
             return Ok(());
         }
-        self.flush()
+        self.submit_early()
     }
 
-    /// Submits what waits for the next submission, if anything does.
-    pub(super) fn flush(&self) -> Result<(), Error> {
-        if self.with_uploads(|uploads| uploads.steps.is_empty()) {
-            return Ok(());
-        }
-        let mut frame = Frame::new();
-        frame.push_untold("host".to_owned(), Vec::new(), Work::Nothing);
-        self.submit(frame).map(drop)
-    }
-
-    fn staging(&self, name: &str, bytes: &[u8]) -> Result<Arc<Buffer>, Error> {
+    /// A buffer of the host's with these bytes, for frames to copy from.
+    pub(crate) fn stage(&self, name: &str, bytes: &[u8]) -> Result<Arc<Buffer>, Error> {
         let staging = self.create_buffer(&BufferDesc {
             name: format!("{name} (staging)"),
             size_bytes: bytes.len() as u64,

@@ -24,6 +24,7 @@ use super::report::{
 };
 use super::stages::{StageTimes, When, part_ms, stage_times};
 use super::table::value_text;
+use super::throughput::throughput;
 use super::walk::{WalkSettings, WalkTimes, walk};
 
 /// What is measured: one technique with all its settings.
@@ -129,6 +130,9 @@ pub struct BenchSettings {
     pub still: bool,
     /// How a camera walks, where it does.
     pub walk: Option<WalkSettings>,
+    /// For how long frames are counted that are waited for, and as long those that are not, where
+    /// they are; a run of its own.
+    pub throughput: Option<Duration>,
     /// Whether the samples of the gather are counted, which takes a run of its own.
     pub samples: bool,
     /// Whether luminances are compared, or red, green and blue each.
@@ -211,15 +215,13 @@ pub fn measure(
     settings: &BenchSettings,
     truth: &Truth,
 ) -> Result<Report, Error> {
-    Ok(measure_on(
-        &open(&settings.gpu, settings.timing)?,
-        &mut None,
-        scene,
-        case,
-        settings,
-        truth,
-    )
-    .0)
+    let gpu = open(&settings.gpu, settings.timing)?;
+    let (mut report, _) = measure_on(&gpu, &mut None, scene, case, settings, truth);
+    drop(gpu);
+    if let Some(budget) = settings.throughput.filter(|_| report.failure.is_none()) {
+        report.throughput = Some(throughput(scene, case, settings, budget)?);
+    }
+    Ok(report)
 }
 
 /// Opens a device, for times of this kind.
@@ -373,7 +375,7 @@ fn run<'g>(
     let builds = (0..settings.rebuilds)
         .map(|_| renderer.rebuild())
         .collect::<Result<_, _>>()?;
-    let motion = motion(&mut renderer, scene, settings)?;
+    let motion = motion(gpu, &mut renderer, scene, settings)?;
     let walks = settings
         .walk
         .iter()
@@ -431,6 +433,7 @@ fn raise_clocks(renderer: &mut Renderer<'_>, scene: &Scene) -> Result<(), Error>
 /// Puts the scene's models where they are at each time, several times; the first may have to make
 /// buffers larger and is not counted.
 fn motion(
+    gpu: &Gpu,
     renderer: &mut Renderer<'_>,
     scene: &Scene,
     settings: &BenchSettings,
@@ -439,9 +442,15 @@ fn motion(
     let mut rows = Vec::new();
     for &time_s in &settings.times {
         moved.set_time(time_s);
-        renderer.set_pose(&moved)?;
+        let mut pose = || {
+            let mut stats = renderer.set_pose(&moved)?;
+            // What would go with the next frame.
+            stats.append(gpu.submit_waiting()?);
+            Ok(stats)
+        };
+        pose()?;
         let runs = (0..settings.rebuilds)
-            .map(|_| renderer.set_pose(&moved))
+            .map(|_| pose())
             .collect::<Result<Vec<FrameStats>, _>>()?;
         let Some(gpu_ms) = Spread::of(&runs.iter().map(FrameStats::total_ms).collect::<Vec<f64>>())
         else {

@@ -15,6 +15,7 @@ pub mod report;
 pub mod stages;
 pub mod stress;
 pub mod table;
+pub mod throughput;
 pub mod walk;
 
 pub use figures::{error_chart, memory_chart, motion_chart, passes_chart};

@@ -20,6 +20,7 @@ use crate::scene::Scene;
 
 use super::records::Versioned;
 use super::stages::StageTimes;
+use super::throughput::Throughput;
 use super::walk::WalkTimes;
 
 /// Version of the report's form; a change of meaning raises it.
@@ -277,6 +278,9 @@ pub struct Report {
     /// What a camera that walks costs, by speed.
     #[serde(default)]
     pub walks: Vec<WalkTimes>,
+    /// Frames a second, where they were counted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub throughput: Option<Throughput>,
     /// Every buffer and image on the device, in order of creation; equal names are summed.
     pub memory: Vec<MemoryRow>,
     /// Their sum, as the allocator counts it.
@@ -459,6 +463,7 @@ impl Report {
             directions: Vec::new(),
             motion: Vec::new(),
             walks: Vec::new(),
+            throughput: None,
             memory_bytes: gpu.memory_total(),
             memory,
             bytes_per_occupied_voxel: None,

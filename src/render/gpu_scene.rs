@@ -13,8 +13,8 @@ use super::lights::views::{LightCascades, ViewRanges};
 use super::mean_normals::levels_of_means;
 use crate::gpu_struct;
 use crate::graph::{
-    Buffer, BufferDesc, BufferUsage, DrawBatch, Error, Frame, FrameStats, Gpu, Image, ImageDesc,
-    ImageKind, ImageUsage, MATERIAL_TEXTURES, MaterialSets, Owner, SceneBindings, SceneSet, vk,
+    Buffer, BufferDesc, BufferUsage, DrawBatch, Error, Frame, Gpu, Image, ImageDesc, ImageKind,
+    ImageUsage, MATERIAL_TEXTURES, MaterialSets, Owner, SceneBindings, SceneSet, vk,
 };
 use crate::scene::{
     Batch, Camera, Environment, Light, Material, Scene, Texture, TextureKind, Vertex, union,
@@ -199,8 +199,8 @@ pub struct DynamicGeometry {
     models: Vec<DynamicModel>,
     /// Vertices of all models.
     vertex_count: usize,
-    /// Positions on their way to the device, and normals behind them.
-    staging: Arc<Buffer>,
+    /// Where they are (m).
+    positions: Vec<Vec3>,
 }
 
 /// Which part of the scene a dynamic model is.
@@ -211,10 +211,8 @@ struct DynamicModel {
 }
 
 impl DynamicGeometry {
-    fn new(gpu: &Gpu, scene: &Scene) -> Result<Option<Self>, Error> {
-        let Some(motion_bounds) = scene.dynamic_bounds() else {
-            return Ok(None);
-        };
+    fn new(scene: &Scene) -> Option<Self> {
+        let motion_bounds = scene.dynamic_bounds()?;
         let mut materials = vec![false; scene.materials.len()];
         let mut models = Vec::new();
         for model in scene.models.iter().filter(|model| model.dynamic) {
@@ -232,28 +230,40 @@ impl DynamicGeometry {
             });
         }
         let vertex_count = models.iter().map(|model| model.vertices.len()).sum();
-        let staging = gpu.create_buffer(&BufferDesc {
-            name: "scene.dynamic_vertices".into(),
-            size_bytes: 2 * bytes_of_vectors(vertex_count),
-            usage: BufferUsage::Staging,
-            owner: Owner::Shared,
-        })?;
         let mut made = DynamicGeometry {
             materials,
             bounds: motion_bounds,
             motion_bounds,
             models,
             vertex_count,
-            staging,
+            positions: Vec::new(),
         };
         made.bounds = made.bounds_in(scene);
-        Ok(Some(made))
+        made.positions = made.positions_in(scene);
+        Some(made)
     }
 
     fn vertices_in<'s>(&'s self, scene: &'s Scene) -> impl Iterator<Item = &'s Vertex> {
         self.models
             .iter()
             .flat_map(|model| &scene.vertices[model.vertices.clone()])
+    }
+
+    fn positions_in(&self, scene: &Scene) -> Vec<Vec3> {
+        let position = |vertex: &Vertex| Vec3::from(vertex.position);
+        self.vertices_in(scene).map(position).collect()
+    }
+
+    /// Where vertices of one model are (m); those between models stand nowhere.
+    pub(super) fn positions_of(&self, vertices: &Range<usize>) -> &[Vec3] {
+        let of = self
+            .packed()
+            .find(|(_, model)| model.start <= vertices.start && vertices.end <= model.end);
+        let packed = of.map_or(0..0, |(first, model)| {
+            let start = first + vertices.start - model.start;
+            start..start + vertices.len()
+        });
+        &self.positions[packed]
     }
 
     /// The vertices of each model, and where its first one is when all models are packed one behind
@@ -358,7 +368,7 @@ impl GpuScene {
             has_cascades: false,
         };
         let set = gpu.create_scene_set(&buffers)?;
-        let dynamic = DynamicGeometry::new(gpu, scene)?;
+        let dynamic = DynamicGeometry::new(scene);
         let motion_bounds = dynamic.as_ref().map(|dynamic| dynamic.motion_bounds);
         let largest_emission = scene
             .materials
@@ -422,9 +432,9 @@ impl GpuScene {
 
     /// Brings the vertices of dynamic models up to the scene that this was made of, after
     /// [`Scene::set_time`]; what does not move is left as it is.
-    pub fn set_pose(&mut self, gpu: &Gpu, scene: &Scene) -> Result<FrameStats, Error> {
+    pub fn set_pose(&mut self, gpu: &Gpu, scene: &Scene) -> Result<(), Error> {
         let Some(dynamic) = &mut self.dynamic else {
-            return Ok(FrameStats::default());
+            return Ok(());
         };
         dynamic.bounds = dynamic.bounds_in(scene);
         if scene
@@ -435,10 +445,11 @@ impl GpuScene {
         {
             self.emitters = emitters(scene);
         }
-        let positions = dynamic.vertices_in(scene).map(|vertex| vertex.position);
+        dynamic.positions = dynamic.positions_in(scene);
+        let positions = dynamic.positions.iter().map(Vec3::to_array);
         let normals = dynamic.vertices_in(scene).map(|vertex| vertex.normal);
         let moved: Vec<[f32; 3]> = positions.chain(normals).collect();
-        gpu.upload_buffer(&dynamic.staging, cast_slice(&moved))?;
+        let staging = gpu.stage("scene.dynamic_vertices", cast_slice(&moved))?;
         let mut frame = Frame::new();
         for (first, range) in dynamic.packed() {
             let targets = [&self.buffers.positions, &self.buffers.normals];
@@ -448,13 +459,14 @@ impl GpuScene {
             {
                 frame.copy_buffer(
                     SET_POSE,
-                    (&dynamic.staging, bytes_of_vectors(first)),
+                    (&staging, bytes_of_vectors(first)),
                     (target, bytes_of_vectors(range.start)),
                     bytes_of_vectors(range.len()),
                 );
             }
         }
-        gpu.submit(frame)
+        gpu.enqueue(frame);
+        Ok(())
     }
 
     /// Whether lights are as many as these and of the same kinds, as lights that move have to be.

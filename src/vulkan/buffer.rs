@@ -14,7 +14,7 @@ pub enum BufferUsage {
     /// Storage in device memory; also source and destination of copies, and arguments of indirect
     /// work.
     Storage,
-    /// Small constants, written by the host between frames; can also be bound as storage.
+    /// Small constants in device memory, which come with the commands of a frame.
     Uniform,
     /// Written by copies, read by the host.
     Readback,
@@ -189,10 +189,10 @@ impl Buffer {
 /// The kind of memory that a buffer lies in.
 fn location(usage: BufferUsage) -> MemoryLocation {
     match usage {
-        BufferUsage::Storage | BufferUsage::Structure => MemoryLocation::GpuOnly,
-        BufferUsage::Uniform | BufferUsage::Staging | BufferUsage::StructureInput => {
-            MemoryLocation::CpuToGpu
+        BufferUsage::Storage | BufferUsage::Uniform | BufferUsage::Structure => {
+            MemoryLocation::GpuOnly
         }
+        BufferUsage::Staging | BufferUsage::StructureInput => MemoryLocation::CpuToGpu,
         BufferUsage::Readback => MemoryLocation::GpuToCpu,
     }
 }
@@ -234,7 +234,7 @@ fn usage_flags(device: &Device, usage: BufferUsage) -> vk::BufferUsageFlags {
                 | vk::BufferUsageFlags::INDIRECT_BUFFER
         }
         BufferUsage::Uniform => {
-            copies | vk::BufferUsageFlags::UNIFORM_BUFFER | vk::BufferUsageFlags::STORAGE_BUFFER
+            vk::BufferUsageFlags::TRANSFER_DST | vk::BufferUsageFlags::UNIFORM_BUFFER
         }
         BufferUsage::Readback => vk::BufferUsageFlags::TRANSFER_DST,
         BufferUsage::Staging => vk::BufferUsageFlags::TRANSFER_SRC,

@@ -1,4 +1,4 @@
-//! One command buffer, recorded, submitted and waited for, again and again.
+//! Command buffers: each is recorded, submitted and waited for, again and again.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -38,7 +38,7 @@ pub(crate) struct Rendering {
 /// A command pool with one buffer, and the fence that says when its work is done.
 ///
 /// The methods record one command each. Their callers, all in the graph, keep alive whatever is
-/// recorded until [`Commands::submit_and_wait`] returns.
+/// recorded until [`Commands::wait`] returns.
 pub(crate) struct Commands {
     pool: vk::CommandPool,
     raw: vk::CommandBuffer,
@@ -93,15 +93,23 @@ impl Commands {
         }
     }
 
-    /// Ends the recording, submits it and waits until it is done.
-    pub(crate) fn submit_and_wait(&self) -> Result<(), vk::Result> {
+    /// Ends the recording, and submits it.
+    pub(crate) fn submit(&self) -> Result<(), vk::Result> {
         let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(self.raw)];
         let submit = vk::SubmitInfo2::default().command_buffer_infos(&buffers);
         let device = self.device.raw();
         // SAFETY: the command buffer is complete, and one thread at a time holds it.
         unsafe {
             device.end_command_buffer(self.raw)?;
-            device.queue_submit2(self.device.queue(), &[submit], self.fence)?;
+            device.queue_submit2(self.device.queue(), &[submit], self.fence)
+        }
+    }
+
+    /// Waits until what was submitted is done.
+    pub(crate) fn wait(&self) -> Result<(), vk::Result> {
+        let device = self.device.raw();
+        // SAFETY: the fence is alive, and was given to a submission.
+        unsafe {
             device.wait_for_fences(&[self.fence], true, u64::MAX)?;
             device.reset_fences(&[self.fence])
         }
@@ -330,6 +338,18 @@ impl Commands {
                 value,
             )
         };
+    }
+
+    pub(crate) fn set(&self, buffer: &Buffer, bytes: &[u8]) {
+        if !bytes.is_empty() {
+            // SAFETY: as for `barriers`; the graph asserts that the bytes are whole words, fit into
+            // the buffer and are not too many for a command.
+            unsafe {
+                self.device
+                    .raw()
+                    .cmd_update_buffer(self.raw, buffer.raw(), 0, bytes)
+            };
+        }
     }
 
     pub(crate) fn clear(&self, image: &Image, mips: &Range<u32>, value: vk::ClearColorValue) {

@@ -12,7 +12,9 @@ use glam::{DVec3, DVec4, IVec3, Vec3};
 use lumivox::gi::Settings;
 use lumivox::gi::shared::cone::oracle::Volume;
 use lumivox::gi::shared::cone::oracle::structure::{Cell, CellKind, EyeRay, view_structure};
-use lumivox::gi::shared::voxel::{Method, VoxelBox, VoxelWindow, WindowScratch};
+use lumivox::gi::shared::voxel::{
+    Method, VoxelBox, VoxelWindow, WindowMove, WindowScratch, move_windows,
+};
 use lumivox::gi::voxel_cones::clipmap::{self, Layout, Place};
 use lumivox::gi::voxel_cones::mips::oracle::{Filter, coarser, coarser_faces};
 use lumivox::graph::Bound;
@@ -68,18 +70,23 @@ fn windows_are_those_from_scratch_after_any_walk() {
         let axis = |random: &mut Random| 4 * (random.below(2 * reach + 1) as i32 - reach as i32);
         first += IVec3::new(axis(&mut random), axis(&mut random), axis(&mut random));
         first = first.clamp(IVec3::splat(-20), IVec3::splat(48));
-        let (boxes, _) = walker
-            .update(&gpu, &gpu_scene, &mut scratch, first, &[], None)
-            .unwrap();
-        moved += u32::from(!boxes.is_empty());
+        let mut go = |window: &mut VoxelWindow, stale: &[VoxelBox]| {
+            let window_move = WindowMove {
+                window,
+                first,
+                stale,
+                carried: None,
+            };
+            let (new, _) = move_windows(&gpu, &gpu_scene, &mut scratch, vec![window_move]).unwrap();
+            u32::from(!new[0].is_empty())
+        };
+        moved += go(&mut walker, &[]);
         // What a step leaves wrong stays wrong until it is left behind: every third is looked at.
         if step % 3 != 0 {
             continue;
         }
         let place = VoxelBox::cube(first, EDGE);
-        fresh
-            .update(&gpu, &gpu_scene, &mut scratch, first, &[place], None)
-            .unwrap();
+        go(&mut fresh, &[place]);
         let (walked, made) = (
             read(&gpu, walker.voxels.clone()),
             read(&gpu, fresh.voxels.clone()),

@@ -121,14 +121,12 @@ impl<'g> Follower<'g> {
     fn go_to(&mut self, time_s: f32) -> FrameStats {
         self.scene.set_time(time_s);
         self.gpu_scene.set_pose(self.gpu, &self.scene).unwrap();
-        self.dynamic
-            .update(
-                self.gpu,
-                &self.gpu_scene,
-                &mut self.voxelizer,
-                &mut self.voxels,
-            )
-            .unwrap()
+        let (scene, voxelizer) = (&self.gpu_scene, &mut self.voxelizer);
+        let mut stats = (self.dynamic)
+            .update(self.gpu, scene, voxelizer, &mut self.voxels)
+            .unwrap();
+        stats.append(self.gpu.submit_waiting().unwrap());
+        stats
     }
 
     /// Everything on the device now.
@@ -506,7 +504,6 @@ fn static_scenes_pay_nothing() {
         "voxel.fragments",
         "voxel.fragment_emission",
         "voxel.heads",
-        "scene.dynamic_vertices",
     ];
     let passes = [
         "voxel.restore_blocks",

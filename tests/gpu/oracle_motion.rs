@@ -375,7 +375,10 @@ fn motion_is_drawn_where_it_is_asked_for() {
         scene.set_time(time_s);
         without.render(&scene.camera).unwrap();
         with.render(&scene.camera).unwrap();
-        let stats = [&mut without, &mut with].map(|renderer| renderer.set_pose(&scene).unwrap());
+        let stats = [&mut without, &mut with].map(|renderer| {
+            renderer.set_pose(&scene).unwrap();
+            gpu.submit_waiting().unwrap()
+        });
         let kept = stats.map(|stats| stats.pass_ms("render.keep_pose").is_some());
         assert_eq!(kept, [false, true]);
     }

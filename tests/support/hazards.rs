@@ -71,6 +71,8 @@ pub fn meaning(access: Access) -> Meaning {
         // The specification has one kind of access for what a build or a ray reads of a structure,
         // whichever level it is of.
         Access::ComputeTraced => (S::COMPUTE_SHADER, structure_read, A::NONE, L::UNDEFINED),
+        Access::ComputeUniform => (S::COMPUTE_SHADER, A::UNIFORM_READ, A::NONE, L::UNDEFINED),
+        Access::RasterUniform => (raster, A::UNIFORM_READ, A::NONE, L::UNDEFINED),
         Access::RasterRead => (raster, load, A::NONE, L::GENERAL),
         Access::RasterReadWrite => (raster, load, store, L::GENERAL),
         Access::RasterSampled => (raster, sample, A::NONE, L::SHADER_READ_ONLY_OPTIMAL),

@@ -7,7 +7,7 @@ use glam::UVec3;
 use super::bands::Streams;
 use super::blockers::{self, Blockers};
 use super::cell_settings::{CellSettings, Octree, Ordinates, Source};
-use super::faces::{BounceTest, Faces};
+use super::faces::{self, BounceTest, Faces};
 use super::grid::CellGrid;
 use super::inflow::Inflow;
 use super::inject::{FLUX_NUMBERS, POWER_NUMBERS, flux_unit, inject};
@@ -237,18 +237,38 @@ impl Cells {
 
     /// Finds the opaque faces.
     pub fn find_faces(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<FrameStats, Error> {
-        self.forget_blockers();
-        let mut stats = if self.has_faces() {
-            self.faces.find(gpu, scene)?
-        } else {
-            let mut frame = Frame::new();
-            frame.fill("lpv.clear_faces", &self.faces.words, 0);
-            gpu.submit(frame)?
-        };
+        Self::find_all_faces(gpu, scene, std::slice::from_mut(self))
+    }
+
+    /// Finds the opaque faces of several grids at once.
+    pub(super) fn find_all_faces(
+        gpu: &Gpu,
+        scene: &GpuScene,
+        grids: &mut [Cells],
+    ) -> Result<FrameStats, Error> {
+        let (mut frame, mut searches) = (Frame::new(), Vec::new());
+        for cells in &mut *grids {
+            cells.forget_blockers();
+            if cells.has_faces() {
+                let search = cells.faces.search(&mut frame, scene);
+                searches.push((&mut cells.faces, search));
+            } else {
+                frame.fill("lpv.clear_faces", &cells.faces.words, 0);
+            }
+        }
+        let stats = faces::finish(gpu, scene, frame, searches)?;
+        for cells in grids {
+            cells.divide(gpu)?;
+        }
+        Ok(stats)
+    }
+
+    /// What some ways of propagation need to know of the faces.
+    fn divide(&mut self, gpu: &Gpu) -> Result<(), Error> {
         if let Propagation::Levels(levels) = &*self.propagation {
             let mut frame = Frame::new();
             levels.find_faces(&mut frame, &self.faces);
-            stats.append(gpu.submit(frame)?);
+            gpu.enqueue(frame);
         }
         // Leaves are those of one grid: it shares them with none.
         if let Some(Propagation::Leaves(sweep)) = Arc::get_mut(&mut self.propagation) {
@@ -258,7 +278,7 @@ impl Cells {
                 self.flux = flux(gpu, numbers)?;
             }
         }
-        Ok(stats)
+        Ok(())
     }
 
     /// How many cells, or leaves, have flux.
@@ -269,23 +289,27 @@ impl Cells {
         }
     }
 
-    /// Moves the grid through its lattice, and finds the faces of the cells that come into it.
-    pub fn follow(
-        &mut self,
+    /// Moves grids through their lattices, all at once, and finds the faces of the cells that come
+    /// into them.
+    pub(super) fn follow(
         gpu: &Gpu,
         scene: &GpuScene,
-        grid: CellGrid,
+        all: &mut [Cells],
+        grids: &[CellGrid],
     ) -> Result<FrameStats, Error> {
-        if self.grid != grid {
-            self.forget_blockers();
+        let (mut frame, mut searches) = (Frame::new(), Vec::new());
+        for (cells, grid) in all.iter_mut().zip(grids) {
+            if cells.grid != *grid {
+                cells.forget_blockers();
+            }
+            cells.grid = *grid;
+            if !cells.has_faces() {
+                cells.faces.grid = *grid;
+            } else if let Some(search) = cells.faces.follow(gpu, &mut frame, scene, *grid)? {
+                searches.push((&mut cells.faces, search));
+            }
         }
-        self.grid = grid;
-        if self.has_faces() {
-            self.faces.follow(gpu, scene, grid)
-        } else {
-            self.faces.grid = grid;
-            Ok(FrameStats::default())
-        }
+        faces::finish(gpu, scene, frame, searches)
     }
 
     /// Places the grid elsewhere in its lattice, where its faces are still to be found.

@@ -6,7 +6,7 @@ use glam::UVec3;
 
 use super::grid::{CellGrid, GridRow};
 use super::light::Light;
-use super::scroll::Before;
+use super::scroll::{Before, Shifted};
 use crate::gpu_struct;
 use crate::graph::{
     Access, Binding, Buffer, BufferDesc, BufferUsage, DrawBatch, Error, Frame, FrameStats, Gpu,
@@ -247,6 +247,70 @@ impl Sides {
             changes: words(gpu, "lpv.changes", 4 * count.div_ceil(SIDE_GROUP))?,
         })
     }
+
+    /// Makes room for so many.
+    fn hold(&mut self, gpu: &Gpu, count: u32) -> Result<(), Error> {
+        self.count = count;
+        if u64::from(count) * size_of::<Side>() as u64 > self.list.size_bytes() {
+            // A quarter more, for models that move and grids that do.
+            *self = Sides::new(gpu, count + count / 4)?;
+            self.count = count;
+        }
+        Ok(())
+    }
+}
+
+/// What is under way: where faces are found, and what moves there.
+pub(super) struct Search {
+    pub(super) boxes: Vec<CellBox>,
+    pub(super) shifted: Option<Shifted>,
+}
+
+/// Ends the searches that a frame has begun. The sides of all are counted in one submission, so
+/// their lists have room; the surfaces that cells see are found with the next.
+pub(super) fn finish(
+    gpu: &Gpu,
+    scene: &GpuScene,
+    mut frame: Frame,
+    mut searches: Vec<(&mut Faces, Search)>,
+) -> Result<FrameStats, Error> {
+    searches.iter_mut().for_each(|(faces, search)| {
+        if let (Some(shifted), Some(sides)) = (&mut search.shifted, &faces.sides) {
+            shifted.before.sides = Some(Arc::clone(&sides.list));
+        }
+    });
+    let all = searches.iter().map(|(faces, _)| (faces, &faces.sides));
+    let with_sides = all.filter_map(|(faces, sides)| Some((faces, &sides.as_ref()?.counter)));
+    let counters: Vec<&Arc<Buffer>> = with_sides
+        .map(|(faces, counter)| {
+            faces.number_sides(&mut frame, counter);
+            counter
+        })
+        .collect();
+    let mut stats = FrameStats::default();
+    if counters.is_empty() {
+        gpu.enqueue(frame);
+    } else {
+        let (counting, counts) = gpu.submit_and_read_all(frame, &counters)?;
+        stats.append(counting);
+        let with_sides = searches
+            .iter_mut()
+            .filter_map(|(faces, _)| faces.sides.as_mut());
+        for (sides, counted) in with_sides.zip(counts) {
+            let counted: Vec<u32> = bytemuck::pod_collect_to_vec(&counted);
+            sides.hold(gpu, counted.first().copied().unwrap_or(0))?;
+        }
+    }
+    let mut frame = Frame::new();
+    frame.set_scene(&scene.set, &scene.materials);
+    for (faces, Search { boxes, shifted }) in searches {
+        if let Some(shifted) = shifted {
+            faces.before = Some(faces.shift_sides(gpu, &mut frame, shifted)?);
+        }
+        faces.note_surfaces(&mut frame, scene, &boxes);
+    }
+    gpu.enqueue(frame);
+    Ok(stats)
 }
 
 impl Faces {
@@ -263,47 +327,32 @@ impl Faces {
     /// Finds all opaque faces of a scene, where it is now.
     pub fn find(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<FrameStats, Error> {
         let mut frame = Frame::new();
-        frame.set_scene(&scene.set, &scene.materials);
-        frame.fill("lpv.clear_faces", &self.words, 0);
-        let whole = [CellBox::of(&self.grid)];
-        self.rasterize(&mut frame, scene, &FACES, &[("faces", &self.words)], &whole);
-        let mut stats = self.number_sides(gpu, frame)?;
-        let mut frame = Frame::new();
-        frame.set_scene(&scene.set, &scene.materials);
-        self.note_surfaces(&mut frame, scene, &whole);
-        stats.append(gpu.submit(frame)?);
-        Ok(stats)
+        let search = self.search(&mut frame, scene);
+        finish(gpu, scene, frame, vec![(self, search)])
     }
 
-    /// Submits a frame that leaves the bits of all opaque faces, and gives their sides places in
-    /// the list, which then has room for them.
-    pub(super) fn number_sides(
-        &mut self,
-        gpu: &Gpu,
-        mut frame: Frame,
-    ) -> Result<FrameStats, Error> {
-        let Some(sides) = &mut self.sides else {
-            return gpu.submit(frame);
-        };
-        frame.fill("lpv.clear_faces", &sides.counter, 0);
+    /// Adds the passes that find all opaque faces; [`finish`] is next.
+    pub(super) fn search(&self, frame: &mut Frame, scene: &GpuScene) -> Search {
+        frame.set_scene(&scene.set, &scene.materials);
+        frame.fill("lpv.clear_faces", &self.words, 0);
+        let whole = vec![CellBox::of(&self.grid)];
+        self.rasterize(frame, scene, &FACES, &[("faces", &self.words)], &whole);
+        Search {
+            boxes: whole,
+            shifted: None,
+        }
+    }
+
+    fn number_sides(&self, frame: &mut Frame, counter: &Arc<Buffer>) {
+        frame.fill("lpv.clear_faces", counter, 0);
         frame
             .pass(&NUMBER_SIDES)
             .bind("faces", &self.words)
-            .bind("side_count", &sides.counter)
+            .bind("side_count", counter)
             .push(&NumberParams {
                 cell_count: self.grid.count(),
             })
             .dispatch([self.grid.count().div_ceil(64), 1, 1]);
-        let (stats, counted) = gpu.submit_and_read(frame, &sides.counter)?;
-        let counted: Vec<u32> = bytemuck::pod_collect_to_vec(&counted);
-        sides.count = counted.first().copied().unwrap_or(0);
-        if u64::from(sides.count) * size_of::<Side>() as u64 > sides.list.size_bytes() {
-            // A quarter more, for models that move and grids that do.
-            let count = sides.count;
-            *sides = Sides::new(gpu, count + count / 4)?;
-            sides.count = count;
-        }
-        Ok(stats)
     }
 
     /// Adds the passes that find the surfaces that cells of some boxes see.

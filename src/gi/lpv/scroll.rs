@@ -7,10 +7,10 @@ use std::sync::Arc;
 
 use glam::{IVec3, UVec3};
 
-use super::faces::{CellBox, FACES, Faces, words};
+use super::faces::{CellBox, FACES, Faces, Search, words};
 use super::grid::{CellGrid, GridRow};
 use crate::gpu_struct;
-use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu, Pass};
+use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Pass};
 use crate::render::GpuScene;
 use crate::shader::GpuStruct;
 
@@ -51,7 +51,16 @@ pub static SHIFT_SIDES: Pass = Pass::compute(
 /// What a grid had before it moved.
 pub(super) struct Before {
     words: Arc<Buffer>,
-    sides: Option<Arc<Buffer>>,
+    pub(super) sides: Option<Arc<Buffer>>,
+}
+
+/// A grid that moves through its lattice.
+pub(super) struct Shifted {
+    params: ShiftParams,
+    /// What it had.
+    pub(super) before: Before,
+    /// A list of sides that nobody uses.
+    spare: Option<Arc<Buffer>>,
 }
 
 /// The parts of a grid that were not in it before it moved by `shift` cells; `None` where nothing
@@ -82,26 +91,27 @@ fn new_boxes(size: UVec3, shift: IVec3) -> Option<Vec<CellBox>> {
 }
 
 impl Faces {
-    /// Moves the grid through its lattice, and finds the faces of the cells that come into it.
-    pub fn follow(
+    /// Moves the grid through its lattice, and adds the passes that find the faces of what
+    /// comes into it; [`super::faces::finish`] is next. `None` where it has not moved.
+    pub(super) fn follow(
         &mut self,
         gpu: &Gpu,
+        frame: &mut Frame,
         scene: &GpuScene,
         grid: CellGrid,
-    ) -> Result<FrameStats, Error> {
+    ) -> Result<Option<Search>, Error> {
         let shift = grid.first - self.grid.first;
         self.grid = grid;
         if shift == IVec3::ZERO {
-            return Ok(FrameStats::default());
+            return Ok(None);
         }
         let Some(boxes) = new_boxes(grid.size, shift) else {
-            return self.find(gpu, scene);
+            return Ok(Some(self.search(frame, scene)));
         };
         let params = ShiftParams {
             grid: grid.row(0),
             shift: shift.extend(0).to_array(),
         };
-        let groups = [grid.count().div_ceil(64), 1, 1];
         let spare = match self.before.take() {
             Some(before) => before,
             None => Before {
@@ -110,42 +120,57 @@ impl Faces {
             },
         };
         let old_words = std::mem::replace(&mut self.words, spare.words);
-        let mut frame = Frame::new();
         frame.set_scene(&scene.set, &scene.materials);
         frame
             .pass(&SHIFT_FACES)
             .bind("old_faces", &old_words)
             .bind("faces", &self.words)
             .push(&params)
-            .dispatch(groups);
-        self.rasterize(&mut frame, scene, &FACES, &[("faces", &self.words)], &boxes);
-        let old_sides = self.sides.as_ref().map(|sides| Arc::clone(&sides.list));
-        let mut stats = self.number_sides(gpu, frame)?;
-        if let (Some(sides), Some(old_sides)) = (&mut self.sides, &old_sides) {
-            if Arc::ptr_eq(&sides.list, old_sides) {
-                let bytes = old_sides.size_bytes();
-                sides.list = match spare.sides.filter(|list| list.size_bytes() == bytes) {
-                    Some(list) => list,
-                    None => words(gpu, "lpv.old_sides", (bytes / 4) as u32)?,
-                };
-            }
-            let mut frame = Frame::new();
-            frame.set_scene(&scene.set, &scene.materials);
-            frame
-                .pass(&SHIFT_SIDES)
-                .bind("old_faces", &old_words)
-                .bind("faces", &self.words)
-                .bind("old_sides", old_sides)
-                .bind("sides", &sides.list)
-                .push(&params)
-                .dispatch(groups);
-            self.note_surfaces(&mut frame, scene, &boxes);
-            stats.append(gpu.submit(frame)?);
+            .dispatch([grid.count().div_ceil(64), 1, 1]);
+        self.rasterize(frame, scene, &FACES, &[("faces", &self.words)], &boxes);
+        let shifted = Shifted {
+            params,
+            before: Before {
+                words: old_words,
+                sides: None,
+            },
+            spare: spare.sides,
+        };
+        Ok(Some(Search {
+            boxes,
+            shifted: Some(shifted),
+        }))
+    }
+
+    /// Adds the pass that moves the sides of cells that stay; returns what the grid had before.
+    pub(super) fn shift_sides(
+        &mut self,
+        gpu: &Gpu,
+        frame: &mut Frame,
+        Shifted {
+            params,
+            before,
+            spare,
+        }: Shifted,
+    ) -> Result<Before, Error> {
+        let (Some(sides), Some(old_sides)) = (&mut self.sides, &before.sides) else {
+            return Ok(before);
+        };
+        if Arc::ptr_eq(&sides.list, old_sides) {
+            let bytes = old_sides.size_bytes();
+            sides.list = match spare.filter(|list| list.size_bytes() == bytes) {
+                Some(list) => list,
+                None => words(gpu, "lpv.old_sides", (bytes / 4) as u32)?,
+            };
         }
-        self.before = Some(Before {
-            words: old_words,
-            sides: old_sides,
-        });
-        Ok(stats)
+        frame
+            .pass(&SHIFT_SIDES)
+            .bind("old_faces", &before.words)
+            .bind("faces", &self.words)
+            .bind("old_sides", old_sides)
+            .bind("sides", &sides.list)
+            .push(&params)
+            .dispatch([self.grid.count().div_ceil(64), 1, 1]);
+        Ok(before)
     }
 }

@@ -262,7 +262,7 @@ impl IrradianceProbes {
         let (triangles, how) = (&built.scene.rays, (self.rays, self.lookup.normal_bias));
         let stood = built.places.clone();
         let at = (&built.volume, &mut built.places);
-        let mut stats = (self.standing).put((gpu, scene), triangles, at, how)?;
+        let stats = (self.standing).put((gpu, scene), triangles, at, how)?;
         let models = scene.dynamic.as_ref().map(|dynamic| dynamic.bounds);
         let before = std::mem::replace(&mut built.models, models);
         let moved = before.zip(models).map(|(before, now)| union(before, now));
@@ -278,7 +278,7 @@ impl IrradianceProbes {
             });
             self.trace(&mut frame, scene, built, built.volume.listed(), moved);
         }
-        stats.append(gpu.submit(frame)?);
+        gpu.enqueue(frame);
         Ok(stats)
     }
 

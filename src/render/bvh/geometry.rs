@@ -79,18 +79,6 @@ impl Geometry {
     }
 }
 
-/// Positions of some vertices, as the device has them now (m).
-pub(super) fn positions_of(
-    gpu: &Gpu,
-    scene: &GpuScene,
-    vertices: &Range<usize>,
-) -> Result<Vec<Vec3>, Error> {
-    let row = size_of::<[f32; 3]>();
-    let (first, size) = ((row * vertices.start) as u64, (row * vertices.len()) as u64);
-    let positions: Vec<[f32; 3]> = rows(&gpu.read_part(&scene.buffers.positions, first, size)?);
-    Ok(positions.into_iter().map(Vec3::from).collect())
-}
-
 /// The whole rows of a buffer.
 fn rows<T: bytemuck::Pod>(bytes: &[u8]) -> Vec<T> {
     let whole = bytes.len() / size_of::<T>() * size_of::<T>();

@@ -135,8 +135,11 @@ impl SceneRays {
     pub fn follow(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<FrameStats, Error> {
         let began = Instant::now();
         for (index, model) in self.moving.iter_mut().enumerate() {
-            let positions = geometry::positions_of(gpu, scene, model.vertices())?;
-            let corners = model.corners(&positions);
+            let positions = scene
+                .dynamic
+                .as_ref()
+                .map(|dynamic| dynamic.positions_of(model.vertices()));
+            let corners = model.corners(positions.unwrap_or_default());
             model.follow(&corners, &mut self.triangles);
             match &mut self.hierarchies {
                 Hierarchies::Nodes(nodes) => model.refit(&corners, nodes),

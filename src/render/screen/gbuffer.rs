@@ -5,8 +5,8 @@ use std::sync::Arc;
 use super::super::gpu_scene::{FrameConstants, GpuScene, TextureUse};
 use super::motion::{MotionParams, Previous};
 use crate::graph::{
-    Access, Binding, ClearOrLoad, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind,
-    ImageUsage, Owner, Pass, RasterState, Sets, Shaders, Targets, vk,
+    Access, Binding, ClearOrLoad, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage,
+    Owner, Pass, RasterState, Sets, Shaders, Targets, vk,
 };
 use crate::shader::GpuStruct;
 
@@ -221,10 +221,9 @@ impl GBuffer {
 
     /// Keeps where the dynamic models are, for motion; called before they move. The pose of the
     /// frame before is the one that it showed, however often they move until the next.
-    pub(crate) fn keep_pose(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<FrameStats, Error> {
-        match &mut self.previous {
-            Some(previous) => previous.keep_pose(gpu, scene),
-            None => Ok(FrameStats::default()),
+    pub(crate) fn keep_pose(&mut self, gpu: &Gpu, scene: &GpuScene) {
+        if let Some(previous) = &mut self.previous {
+            previous.keep_pose(gpu, scene);
         }
     }
 

@@ -4,9 +4,7 @@ use std::sync::Arc;
 
 use super::super::gpu_scene::{FrameConstants, GpuScene, bytes_of_vectors};
 use crate::gpu_struct;
-use crate::graph::{
-    Buffer, BufferDesc, BufferUsage, DrawBatch, Error, Frame, FrameStats, Gpu, Owner,
-};
+use crate::graph::{Buffer, BufferDesc, BufferUsage, DrawBatch, Error, Frame, Gpu, Owner};
 
 /// Both numbers of the motion (px) of a surface that the camera of the frame before had behind it,
 /// or nearer than half the depth of its near plane: far outside of any picture.
@@ -60,12 +58,12 @@ impl Previous {
     }
 
     /// Keeps the positions that the last frame showed; called before they change.
-    pub(super) fn keep_pose(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<FrameStats, Error> {
+    pub(super) fn keep_pose(&mut self, gpu: &Gpu, scene: &GpuScene) {
         let (Some(dynamic), Some(copies)) = (&scene.dynamic, &self.positions) else {
-            return Ok(FrameStats::default());
+            return;
         };
         if self.has_moved || self.clip_from_world.is_none() {
-            return Ok(FrameStats::default());
+            return;
         }
         let mut frame = Frame::new();
         for (first, range) in dynamic.packed() {
@@ -76,9 +74,8 @@ impl Previous {
                 bytes_of_vectors(range.len()),
             );
         }
-        let stats = gpu.submit(frame)?;
+        gpu.enqueue(frame);
         self.has_moved = true;
-        Ok(stats)
     }
 
     /// There is no frame before.

@@ -86,24 +86,20 @@ impl Technique for CascadedLpv {
     }
 
     fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
-        let mut stats = FrameStats::default();
         for (cells, grid) in self.levels.iter_mut().zip(self.layout.grids(context.eye)) {
             cells.place(grid);
-            stats.append(cells.find_faces(context.gpu, context.scene)?);
         }
-        Ok(stats)
+        Cells::find_all_faces(context.gpu, context.scene, &mut self.levels)
     }
 
     fn follow(&mut self, context: &Context<'_>, change: Change) -> Result<FrameStats, Error> {
         match change {
             Change::Models => self.build(context),
             Change::Camera => {
-                let mut stats = FrameStats::default();
-                for (cells, grid) in self.levels.iter_mut().zip(self.layout.grids(context.eye)) {
-                    self.has_moved |= cells.grid != grid;
-                    stats.append(cells.follow(context.gpu, context.scene, grid)?);
-                }
-                Ok(stats)
+                let grids = self.layout.grids(context.eye);
+                let levels = self.levels.iter().zip(&grids);
+                self.has_moved |= levels.into_iter().any(|(cells, grid)| cells.grid != *grid);
+                Cells::follow(context.gpu, context.scene, &mut self.levels, &grids)
             }
             Change::Lights => {
                 if let Some(finest) = self.levels.last().map(|cells| cells.grid) {

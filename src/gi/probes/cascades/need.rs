@@ -25,8 +25,8 @@ pub fn needed(
     let counts = windows.iter().map(|window| window.lattice.probe_count());
     let words = counts.sum::<u32>().div_ceil(32);
     let bits: Arc<Buffer> = buffer(gpu, "cascades.needed", 4 * u64::from(words))?;
-    gpu.upload_buffer(&bits, &vec![0; 4 * words as usize])?;
     let mut frame = Frame::new();
+    frame.fill("cascades.need", &bits, 0);
     frame.set_scene(&scene.set, &scene.materials);
     let last = scene.batches.last();
     let triangle_count = last.map_or(0, |batch| batch.first_triangle + batch.triangle_count);

@@ -176,7 +176,7 @@ impl LightFieldProbes {
     ) -> Result<FrameStats, Error> {
         let (triangles, how) = (&built.scene.rays, (self.probe_rays, LOOKUP.normal_bias));
         let at = (&built.volume, &mut built.places);
-        let mut stats = (self.standing).put((gpu, scene), triangles, at, how)?;
+        let stats = (self.standing).put((gpu, scene), triangles, at, how)?;
         let models = scene.dynamic.as_ref().map(|dynamic| dynamic.bounds);
         let before = std::mem::replace(&mut built.models, models);
         let moved = before.zip(models).map(|(before, now)| union(before, now));
@@ -190,7 +190,7 @@ impl LightFieldProbes {
             let of = (volume, probes);
             (built.rays).moments(&mut frame, triangles, of, MomentFilter::Box, moved);
         }
-        stats.append(gpu.submit(frame)?);
+        gpu.enqueue(frame);
         Ok(stats)
     }
 

@@ -208,20 +208,15 @@ impl Voxelizer {
         gpu: &Gpu,
         scene: &GpuScene,
     ) -> Result<(Voxels, DynamicVoxels, FrameStats), Error> {
-        let (voxels, lists, mut stats) = self.voxelize(gpu, scene, Triangles::Static)?;
-        let (dynamic, cleared) = DynamicVoxels::new(gpu, &voxels, lists)?;
-        stats.append(cleared);
+        let (voxels, lists, stats) = self.voxelize(gpu, scene, Triangles::Static)?;
+        let dynamic = DynamicVoxels::new(gpu, &voxels, lists)?;
         Ok((voxels, dynamic, stats))
     }
 }
 
 impl DynamicVoxels {
     /// For static voxels and their lists; there is no dynamic geometry among them yet.
-    pub(super) fn new(
-        gpu: &Gpu,
-        voxels: &Voxels,
-        lists: FragmentLists,
-    ) -> Result<(Self, FrameStats), Error> {
+    pub(super) fn new(gpu: &Gpu, voxels: &Voxels, lists: FragmentLists) -> Result<Self, Error> {
         let blocks = u64::from(voxels.grid.block_count());
         let made = DynamicVoxels {
             occupancy: buffer(gpu, "voxel.dynamic_occupancy", 8 * blocks)?,
@@ -255,8 +250,8 @@ impl DynamicVoxels {
         gpu.upload_buffer(&made.first_counts, bytemuck::bytes_of(&first))?;
         let mut frame = Frame::new();
         frame.fill("voxel.clear", &made.occupancy, 0);
-        let stats = gpu.submit(frame)?;
-        Ok((made, stats))
+        gpu.enqueue(frame);
+        Ok(made)
     }
 
     /// Records of the voxels in touched blocks, behind the static ones.
@@ -337,7 +332,7 @@ impl DynamicVoxels {
             self.slots(voxels),
         ];
         voxelizer.add_dynamic_resolve(&mut frame, scene, voxels, &self.lists, ranges);
-        stats.append(gpu.submit(frame)?);
+        gpu.enqueue(frame);
         Ok(stats)
     }
 

@@ -39,12 +39,12 @@ pub fn bound<'v>(
     ]
 }
 
-fn pack(gpu: &Gpu, blocks: Option<&RayBlocks>, voxels: &Voxels) -> Result<FrameStats, Error> {
+fn pack(gpu: &Gpu, blocks: Option<&RayBlocks>, voxels: &Voxels) {
     let mut frame = Frame::new();
     if let Some(blocks) = blocks {
         blocks.pack(&mut frame, 0, (voxels, 0), (IVec3::ZERO, VoxelBox::NONE));
     }
-    gpu.submit(frame)
+    gpu.enqueue(frame);
 }
 
 impl LitGrid {
@@ -83,7 +83,7 @@ impl LitGrid {
     pub fn build(&mut self, gpu: &Gpu, scene: &GpuScene) -> Result<FrameStats, Error> {
         // The old voxels go first, so that rebuilding needs no more memory than building.
         (self.lit, self.blocks, self.dynamic) = (None, None, None);
-        let (voxels, mut stats) = if scene.dynamic.is_some() && self.is_exact {
+        let (voxels, stats) = if scene.dynamic.is_some() && self.is_exact {
             let (voxels, dynamic, stats) = self.voxelizer.run_dynamic(gpu, scene)?;
             self.dynamic = Some(dynamic);
             (voxels, stats)
@@ -93,7 +93,7 @@ impl LitGrid {
         let light = VoxelLight::new(gpu, scene, &voxels, self.light_settings)?;
         let blocks = (self.has_rays).then(|| RayBlocks::new(gpu, voxels.grid.resolution, 1));
         self.blocks = blocks.transpose()?;
-        stats.append(pack(gpu, self.blocks.as_ref(), &voxels)?);
+        pack(gpu, self.blocks.as_ref(), &voxels);
         self.lit = Some((voxels, light));
         Ok(stats)
     }
@@ -104,8 +104,8 @@ impl LitGrid {
         let (Some(dynamic), Some((voxels, light))) = (&mut self.dynamic, &mut self.lit) else {
             return self.build(gpu, scene);
         };
-        let mut stats = dynamic.update(gpu, scene, &mut self.voxelizer, voxels)?;
-        stats.append(pack(gpu, self.blocks.as_ref(), voxels)?);
+        let stats = dynamic.update(gpu, scene, &mut self.voxelizer, voxels)?;
+        pack(gpu, self.blocks.as_ref(), voxels);
         light.follow(gpu, scene, voxels, dynamic.slots(voxels).start)?;
         Ok(stats)
     }

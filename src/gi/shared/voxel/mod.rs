@@ -40,7 +40,7 @@ pub use survey::Survey;
 pub use trace::emitters::{CANDIDATES, EmitterPoints, GpuEmitterPart, emitter_rows};
 pub use trace::{RAY_SETTINGS, RaySettings, RayTracer, Space, SpacePasses, more_rays};
 pub use voxel_box::VoxelBox;
-pub use window::{VoxelWindow, WindowScratch};
+pub use window::{VoxelWindow, WindowMove, WindowScratch, move_windows};
 
 use crate::gi::CAST;
 use crate::gi::entry::{Stage, Substitution};

@@ -112,10 +112,12 @@ pub static MOVE_RECORDS: Pass = Pass {
 /// Grains of a voxel: 2¹⁴ voxels from the anchor, positions are still exact to one.
 pub const GRAINS: f32 = 1024.0;
 
-/// Records that a window's go to when it moves, and what only an update needs; windows that are
-/// updated in turn share it.
+/// Records that a window's go to when it moves, and what only an update needs; windows share it.
 pub struct WindowScratch {
     nothing: Arc<Buffer>,
+    /// Fragments, and their emission, of each window that moves at once with others.
+    fragments: Vec<[Arc<Buffer>; 2]>,
+    /// Lists over the fragments of one window after the other.
     lists: FragmentLists,
     records: Arc<Buffer>,
     emission: Option<Arc<Buffer>>,
@@ -126,16 +128,10 @@ pub struct WindowScratch {
 impl WindowScratch {
     /// Empty buffers, which the first update makes as large as it needs them.
     pub fn new(gpu: &Gpu, scene: &GpuScene) -> Result<Self, Error> {
-        let fragments = buffer(gpu, "voxel.fragments", 0)?;
-        let name = if scene.is_emissive {
-            "voxel.fragment_emission"
-        } else {
-            "voxel.nothing"
-        };
-        let emission = buffer(gpu, name, 0)?;
         Ok(WindowScratch {
             nothing: buffer(gpu, "voxel.nothing", 0)?,
-            lists: FragmentLists::new(gpu, [fragments, emission], 0)?,
+            fragments: Vec::new(),
+            lists: FragmentLists::new(gpu, Self::no_fragments(gpu, scene)?, 0)?,
             records: buffer(gpu, "voxel.records", 0)?,
             emission: scene
                 .is_emissive
@@ -145,15 +141,48 @@ impl WindowScratch {
         })
     }
 
-    /// Fragments that there is room for.
-    fn capacity(&self) -> u32 {
-        (self.lists.fragments.size_bytes() / size_of::<Fragment>() as u64) as u32
+    /// The same, with room for an eighth of the fragments of these windows, which move at once.
+    pub fn of<'w>(
+        gpu: &Gpu,
+        scene: &GpuScene,
+        windows: impl Iterator<Item = &'w VoxelWindow>,
+    ) -> Result<Self, Error> {
+        let mut scratch = Self::new(gpu, scene)?;
+        for (index, window) in windows.enumerate() {
+            scratch.fragments.push(Self::no_fragments(gpu, scene)?);
+            let count = window.voxels.fragment_count / 8;
+            scratch.reserve_fragments(gpu, scene, (index, count))?;
+        }
+        Ok(scratch)
     }
 
-    fn reserve_fragments(&mut self, gpu: &Gpu, scene: &GpuScene, count: u32) -> Result<(), Error> {
-        reserve(gpu, &mut self.lists.fragments, size_of::<Fragment>(), count)?;
+    fn no_fragments(gpu: &Gpu, scene: &GpuScene) -> Result<[Arc<Buffer>; 2], Error> {
+        let emission = if scene.is_emissive {
+            "voxel.fragment_emission"
+        } else {
+            "voxel.nothing"
+        };
+        Ok([
+            buffer(gpu, "voxel.fragments", 0)?,
+            buffer(gpu, emission, 0)?,
+        ])
+    }
+
+    /// Fragments that there is room for, of one of the windows.
+    fn capacity(&self, window: usize) -> u32 {
+        (self.fragments[window][0].size_bytes() / size_of::<Fragment>() as u64) as u32
+    }
+
+    fn reserve_fragments(
+        &mut self,
+        gpu: &Gpu,
+        scene: &GpuScene,
+        (window, count): (usize, u32),
+    ) -> Result<(), Error> {
+        let [fragments, emission] = &mut self.fragments[window];
+        reserve(gpu, fragments, size_of::<Fragment>(), count)?;
         if scene.is_emissive {
-            reserve(gpu, &mut self.lists.emission, 8, count)
+            reserve(gpu, emission, 8, count)
         } else {
             Ok(())
         }
@@ -204,6 +233,118 @@ pub struct VoxelWindow {
     pub voxels: Voxels,
 }
 
+/// Where a window goes, and what is made anew.
+pub struct WindowMove<'m> {
+    /// The window.
+    pub window: &'m mut VoxelWindow,
+    /// The voxel that it begins at from now on; its coordinates are multiples of 4.
+    pub first: IVec3,
+    /// What is made anew beside what comes into it (whole blocks).
+    pub stale: &'m [VoxelBox],
+    /// The light of voxels, which moves with those that stay: its buffer, and how many times 8
+    /// bytes a voxel has there.
+    pub carried: Option<(&'m mut Arc<Buffer>, u32)>,
+}
+
+/// What moving a window takes.
+struct Plan {
+    place: VoxelBox,
+    shift: IVec3,
+    /// What is voxelized: what comes into it, and from `exposed` on what is stale.
+    boxes: Vec<VoxelBox>,
+    exposed: usize,
+}
+
+/// What a window has that was voxelized: which of those that move at once it is, and counts.
+struct Counted {
+    window: usize,
+    fragment_count: u32,
+    voxel_count: u32,
+}
+
+/// Moves windows, and voxelizes what comes into them or is stale: one submission for all of them,
+/// whose counts are waited for; the rest goes with the next. Returns for each window the boxes that
+/// are new; they are disjoint, in voxels of the unbounded grid.
+pub fn move_windows(
+    gpu: &Gpu,
+    scene: &GpuScene,
+    scratch: &mut WindowScratch,
+    moves: Vec<WindowMove<'_>>,
+) -> Result<(Vec<Vec<VoxelBox>>, FrameStats), Error> {
+    while scratch.fragments.len() < moves.len() {
+        let none = WindowScratch::no_fragments(gpu, scene)?;
+        scratch.fragments.push(none);
+    }
+    let mut new = vec![Vec::new(); moves.len()];
+    let mut moved = Vec::with_capacity(moves.len());
+    let mut frame = Frame::new();
+    for (index, window_move) in moves.into_iter().enumerate() {
+        let window = &mut *window_move.window;
+        if let Some(plan) = window.plan(window_move.first, window_move.stale) {
+            window.voxelizer.move_to(window.anchor, window_move.first);
+            window.add_shift(&mut frame, &plan);
+            new[index].clone_from(&plan.boxes);
+            moved.push((index, window_move, plan));
+        }
+    }
+    if moved.is_empty() {
+        return Ok((new, FrameStats::default()));
+    }
+    let mut stats = FrameStats::default();
+    let counted = voxelize((gpu, scene), scratch, &mut moved, frame, &mut stats)?;
+    let mut frame = Frame::new();
+    frame.set_scene(&scene.set, &scene.materials);
+    for ((_, window_move, plan), counted) in moved.into_iter().zip(&counted) {
+        let (window, carried) = (window_move.window, window_move.carried);
+        window.add_records((gpu, scene), &mut frame, scratch, &plan, counted, carried)?;
+    }
+    gpu.enqueue(frame);
+    Ok((new, stats))
+}
+
+/// Fragments of what is new in windows, after a frame, and the compact order of all; again where
+/// there was no room for the fragments.
+fn voxelize(
+    (gpu, scene): (&Gpu, &GpuScene),
+    scratch: &mut WindowScratch,
+    moved: &mut [(usize, WindowMove<'_>, Plan)],
+    mut frame: Frame,
+    stats: &mut FrameStats,
+) -> Result<Vec<Counted>, Error> {
+    loop {
+        frame.set_scene(&scene.set, &scene.materials);
+        for (index, window_move, plan) in &mut *moved {
+            let to = (&*scratch, *index);
+            window_move.window.add_voxels(&mut frame, scene, to, plan);
+        }
+        let counters = moved
+            .iter()
+            .map(|(_, one, _)| &one.window.grids[1].counters);
+        let counters: Vec<&Arc<Buffer>> = counters.collect();
+        let (run, counts) = gpu.submit_and_read_all(std::mem::take(&mut frame), &counters)?;
+        let mut has_room = true;
+        let mut counted = Vec::with_capacity(counts.len());
+        for ((index, window_move, _), counts) in moved.iter_mut().zip(&counts) {
+            let counts: Vec<u32> = bytemuck::pod_collect_to_vec(counts);
+            let (fragment_count, voxel_count, unfinished_count) = (counts[0], counts[1], counts[2]);
+            let voxelizer = &mut window_move.window.voxelizer;
+            has_room &= !voxelizer.shares_more(unfinished_count)?
+                && fragment_count <= scratch.capacity(*index);
+            scratch.reserve_fragments(gpu, scene, (*index, fragment_count))?;
+            counted.push(Counted {
+                window: *index,
+                fragment_count,
+                voxel_count,
+            });
+        }
+        if has_room {
+            stats.append(run);
+            return Ok(counted);
+        }
+        stats.append(run.into_counting());
+    }
+}
+
 impl VoxelWindow {
     /// A window on the grid that has a corner at `anchor` (m), nowhere yet. `settings.resolution`
     /// is its edge, a multiple of 4.
@@ -223,7 +364,7 @@ impl VoxelWindow {
         let mut frame = Frame::new();
         frame.fill("voxel.clear", &grids[0].occupancy, 0);
         frame.fill("voxel.clear", &grids[0].block_bases, 0);
-        gpu.submit(frame)?;
+        gpu.enqueue(frame);
         let voxels = Voxels {
             grid,
             lattice: grid.lattice(),
@@ -274,19 +415,8 @@ impl VoxelWindow {
         }
     }
 
-    /// Moves the window so that it begins at the voxel `first`, whose coordinates are multiples of
-    /// 4, and makes what lies in `stale` (whole blocks) anew. Returns the boxes that are new; they
-    /// are disjoint, in voxels of the unbounded grid. The light of the voxels that stay moves with
-    /// them (`carried`: its buffer, and how many times 8 bytes a voxel has there).
-    pub fn update(
-        &mut self,
-        gpu: &Gpu,
-        scene: &GpuScene,
-        scratch: &mut WindowScratch,
-        first: IVec3,
-        stale: &[VoxelBox],
-        carried: Option<(&mut Arc<Buffer>, u32)>,
-    ) -> Result<(Vec<VoxelBox>, FrameStats), Error> {
+    /// Where it goes, and what is made anew there; `None` where nothing is.
+    fn plan(&mut self, first: IVec3, stale: &[VoxelBox]) -> Option<Plan> {
         let place = VoxelBox::cube(first, self.voxels.grid.resolution);
         let kept = self.place.map_or(
             VoxelBox {
@@ -307,21 +437,35 @@ impl VoxelWindow {
             }
             boxes.extend(parts.into_iter().filter(|part| !part.is_empty()));
         }
-        if boxes.is_empty() {
-            return Ok((boxes, FrameStats::default()));
-        }
         // From nowhere it has moved so far that nothing stays.
         let shift = self
             .place
             .map_or(IVec3::splat(self.voxels.grid.resolution as i32), |before| {
                 first - before.low
             });
-        self.voxelizer.move_to(self.anchor, first);
-        let mut frame = Frame::new();
-        self.add_shift(&mut frame, shift, &boxes[exposed..], first);
-        let mut stats = FrameStats::default();
-        let [fragment_count, voxel_count] =
-            self.add_voxels(gpu, scene, scratch, (frame, first, &boxes), &mut stats)?;
+        (!boxes.is_empty()).then_some(Plan {
+            place,
+            shift,
+            boxes,
+            exposed,
+        })
+    }
+
+    /// Adds the passes that move what stays, and make the records of what is new.
+    fn add_records(
+        &mut self,
+        (gpu, scene): (&Gpu, &GpuScene),
+        frame: &mut Frame,
+        scratch: &mut WindowScratch,
+        plan: &Plan,
+        counted: &Counted,
+        carried: Option<(&mut Arc<Buffer>, u32)>,
+    ) -> Result<(), Error> {
+        let Counted {
+            window,
+            fragment_count,
+            voxel_count,
+        } = *counted;
         scratch.reserve_voxels(gpu, voxel_count, self.voxels.faces.is_some())?;
         let records = std::mem::replace(&mut self.voxels.records, Arc::clone(&scratch.records));
         let emission = std::mem::replace(
@@ -335,6 +479,7 @@ impl VoxelWindow {
             .as_mut()
             .zip(scratch_faces)
             .map(|(own, new)| std::mem::replace(own, new));
+        let first = plan.place.low;
         self.grids.swap(0, 1);
         self.voxels.grid.origin = self.anchor + self.voxels.grid.voxel_size * first.as_vec3();
         self.voxels.lattice.first = first;
@@ -343,35 +488,35 @@ impl VoxelWindow {
             Arc::clone(&self.grids[0].block_bases),
         );
         (self.voxels.voxel_count, self.voxels.fragment_count) = (voxel_count, fragment_count);
-        let mut frame = Frame::new();
-        frame.set_scene(&scene.set, &scene.materials);
         self.add_move(
             gpu,
-            &mut frame,
+            frame,
             scratch,
-            shift,
+            plan.shift,
             [Some(&records), emission.as_ref(), faces.as_ref()],
             carried,
         )?;
         frame.fill("voxel.clear", &scratch.lists.heads, 0);
+        let [fragments, fragment_emission] = scratch.fragments[window].each_ref().map(Arc::clone);
+        (scratch.lists.fragments, scratch.lists.emission) = (fragments, fragment_emission);
         self.voxelizer.add_dynamic_resolve(
-            &mut frame,
+            frame,
             scene,
             &self.voxels,
             &scratch.lists,
             [0..fragment_count, 0..voxel_count],
         );
-        stats.append(gpu.submit(frame)?);
         (scratch.records, scratch.emission) = (records, emission);
         if faces.is_some() {
             scratch.faces = faces;
         }
-        self.place = Some(place);
-        Ok((boxes, stats))
+        self.place = Some(plan.place);
+        Ok(())
     }
 
     /// The occupancy of what stays, into the next grid.
-    fn add_shift(&self, frame: &mut Frame, shift: IVec3, stale: &[VoxelBox], first: IVec3) {
+    fn add_shift(&self, frame: &mut Frame, plan: &Plan) {
+        let (shift, stale, first) = (plan.shift, &plan.boxes[plan.exposed..], plan.place.low);
         let [grid, next] = &self.grids;
         let blocks = self.voxels.grid.resolution / 4;
         let [shift_x, shift_y, shift_z] = (shift / 4).to_array();
@@ -410,54 +555,35 @@ impl VoxelWindow {
         }
     }
 
-    /// Fragments of what is new, and the compact order of all; returns how many fragments and
-    /// voxels. Run again where there was no room for the fragments.
+    /// Adds fragments of what is new, and the compact order of all, into the next grid.
     fn add_voxels(
         &mut self,
-        gpu: &Gpu,
+        frame: &mut Frame,
         scene: &GpuScene,
-        scratch: &mut WindowScratch,
-        (mut frame, first, boxes): (Frame, IVec3, &[VoxelBox]),
-        stats: &mut FrameStats,
-    ) -> Result<[u32; 2], Error> {
-        loop {
-            let next = &self.grids[1];
-            frame.set_scene(&scene.set, &scene.materials);
-            frame.fill("voxel.clear", &next.counters, 0);
-            for new in boxes {
-                let clip = VoxelBox {
-                    low: new.low - first,
-                    end: new.end - first,
-                };
-                let [low, high] = [new.low - 1, new.end + 1]
-                    .map(|voxel| self.anchor + self.voxels.grid.voxel_size * voxel.as_vec3());
-                let buffers = [
-                    &next.occupancy,
-                    &scratch.lists.fragments,
-                    &scratch.lists.emission,
-                    &next.counters,
-                ];
-                self.voxelizer.add_fragments(
-                    &mut frame,
-                    scene,
-                    &scene.triangles_in(low, high),
-                    clip,
-                    buffers,
-                    scratch.capacity(),
-                );
-            }
-            add_index(&mut frame, self.voxels.grid, next);
-            let (run, counts) = gpu.submit_and_read(std::mem::take(&mut frame), &next.counters)?;
-            let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&counts);
-            let (fragment_count, voxel_count, unfinished_count) = (counts[0], counts[1], counts[2]);
-            let again = self.voxelizer.shares_more(unfinished_count)?;
-            if !again && fragment_count <= scratch.capacity() {
-                stats.append(run);
-                return Ok([fragment_count, voxel_count]);
-            }
-            stats.append(run.into_counting());
-            scratch.reserve_fragments(gpu, scene, fragment_count)?;
+        (scratch, window): (&WindowScratch, usize),
+        Plan { place, boxes, .. }: &Plan,
+    ) {
+        let first = place.low;
+        let [fragments, emission] = &scratch.fragments[window];
+        let next = &self.grids[1];
+        frame.fill("voxel.clear", &next.counters, 0);
+        for new in boxes {
+            let clip = VoxelBox {
+                low: new.low - first,
+                end: new.end - first,
+            };
+            let [low, high] = [new.low - 1, new.end + 1]
+                .map(|voxel| self.anchor + self.voxels.grid.voxel_size * voxel.as_vec3());
+            self.voxelizer.add_fragments(
+                frame,
+                scene,
+                &scene.triangles_in(low, high),
+                clip,
+                [&next.occupancy, fragments, emission, &next.counters],
+                scratch.capacity(window),
+            );
         }
+        add_index(frame, self.voxels.grid, next);
     }
 
     fn add_move(

@@ -164,9 +164,16 @@ impl VoxelStore for Clipmap {
         let mut stats = gpu.submit(frame)?;
         (self.bound, self.is_placed) = (None, false);
         (self.frame, self.pose) = (0, scene.dynamic.as_ref().map(|dynamic| dynamic.bounds));
-        stats.append(self.follow(context, &self.layout.places(context.eye), None)?);
+        let places = self.layout.places(context.eye);
+        // One after the other: the fragments of a whole level take much memory.
+        for level in 0..self.levels.len() {
+            stats.append(self.move_levels(context, level..level + 1, &places, &[])?);
+        }
+        self.tell_places(gpu, &places)?;
+        stats.append(gpu.submit_waiting()?);
         // From here on slabs are voxelized, which have few fragments.
-        self.scratch = WindowScratch::new(gpu, scene)?;
+        let windows = self.levels.iter().map(|level| &level.window);
+        self.scratch = WindowScratch::of(gpu, scene, windows)?;
         Ok(stats)
     }
 
@@ -177,18 +184,16 @@ impl VoxelStore for Clipmap {
         if self.levels.is_empty() {
             return self.build(context);
         }
-        let mut stats = FrameStats::default();
         // What has moved may shadow anything.
         self.forget_lights();
         let places: Vec<Place> = self.levels.iter().map(|level| level.place).collect();
-        for bounds in [self.pose.replace(dynamic.bounds), Some(dynamic.bounds)] {
-            stats.append(self.follow(context, &places, bounds)?);
-        }
-        Ok(stats)
+        let stood = self.pose.replace(dynamic.bounds);
+        let stale: Vec<(Vec3, Vec3)> = stood.into_iter().chain([dynamic.bounds]).collect();
+        self.follow(context, &places, &stale)
     }
 
     fn follow_camera(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
-        self.follow(context, &self.places(context.eye), None)
+        self.follow(context, &self.places(context.eye), &[])
     }
 
     fn forget_lights(&mut self) {

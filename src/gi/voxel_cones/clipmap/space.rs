@@ -9,7 +9,7 @@ use crate::gi::shared::voxel::build::buffer;
 use crate::gi::shared::voxel::trace::blocks::RayBlocks;
 use crate::gi::shared::voxel::trace::surfaces::{SURFACE_BYTES, pack_surfaces};
 use crate::gi::shared::voxel::{LightSettings, Space, VoxelBox};
-use crate::graph::{Bound, Buffer, Error, Frame, FrameStats, Gpu};
+use crate::graph::{Bound, Buffer, Error, Frame, Gpu};
 
 /// The voxels of all levels. Each level has room for as many as its window has.
 pub(super) struct ClipmapSpace {
@@ -50,7 +50,7 @@ impl ClipmapSpace {
         gpu: &Gpu,
         levels: &[Level],
         places: &[Place],
-    ) -> Result<FrameStats, Error> {
+    ) -> Result<(), Error> {
         let capacity = |level: &Level| level.window.voxels.capacity();
         let capacities: Vec<u32> = levels.iter().map(capacity).collect();
         let grows = capacities != self.capacities;
@@ -93,7 +93,8 @@ impl ClipmapSpace {
             .map(|(level, place)| self.layout.rows(level, *place, outermost))
             .collect();
         gpu.upload_buffer(&self.rows, bytemuck::cast_slice(&rows))?;
-        gpu.submit(frame)
+        gpu.enqueue(frame);
+        Ok(())
     }
 
     /// Adds the copy of the light of a level's voxels.

@@ -1,5 +1,6 @@
 //! How levels follow the camera: where they go, and which voxels, light and texels are made anew.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use glam::Vec3;
@@ -10,9 +11,9 @@ use crate::gi::Context;
 use crate::gi::shared::cone::Volume;
 use crate::gi::shared::voxel::{
     self, EmissionSeenBy, LightBounces, LightInputs, VoxelBox, VoxelLight, VoxelLookup,
-    VoxelRecords, VoxelWindow,
+    VoxelRecords, VoxelWindow, WindowMove, move_windows,
 };
-use crate::graph::{Error, Frame, FrameStats};
+use crate::graph::{Error, Frame, FrameStats, Gpu};
 use crate::render::LightMaps;
 
 /// One level: its voxels and their light. Boxes are in voxels of its unbounded grid.
@@ -68,24 +69,37 @@ impl Clipmap {
         &mut self,
         context: &Context<'_>,
         places: &[Place],
-        stale: Option<(Vec3, Vec3)>,
+        stale: &[(Vec3, Vec3)],
     ) -> Result<FrameStats, Error> {
-        let mut stats = FrameStats::default();
-        let mut is_changed = !std::mem::replace(&mut self.is_placed, true);
+        let stats = self.move_levels(context, 0..places.len(), places, stale)?;
+        self.tell_places(context.gpu, places)?;
+        Ok(stats)
+    }
+
+    /// Moves some levels, all at once.
+    pub(super) fn move_levels(
+        &mut self,
+        context: &Context<'_>,
+        range: Range<usize>,
+        places: &[Place],
+        stale: &[(Vec3, Vec3)],
+    ) -> Result<FrameStats, Error> {
         let [carries_gathered, lights_slabs] = [
             self.light_settings.bounces == LightBounces::Feedback,
             self.lights_slabs(),
         ];
-        for (index, place) in places.iter().copied().enumerate() {
-            let Level {
-                window,
-                light,
-                place: old,
-                lit,
-                new,
-                ..
-            } = &mut self.levels[index];
-            let stale: Vec<VoxelBox> = stale.iter().map(|bounds| window.touched(*bounds)).collect();
+        let touched: Vec<Vec<VoxelBox>> = (self.levels[range.clone()].iter())
+            .map(|level| {
+                stale
+                    .iter()
+                    .map(|bounds| level.window.touched(*bounds))
+                    .collect()
+            })
+            .collect();
+        let levels = self.levels[range.clone()].iter_mut();
+        let moves = levels.zip(&places[range.clone()]).zip(&touched);
+        let moves = moves.map(|((level, place), stale)| {
+            let light = &mut level.light;
             let carried = match &mut light.irradiance {
                 Some(irradiance) if carries_gathered => {
                     Some((irradiance, light.settings.sides as u32))
@@ -93,40 +107,45 @@ impl Clipmap {
                 _ if lights_slabs => Some((&mut light.radiance, light.settings.radiances())),
                 _ => None,
             };
-            let (boxes, cost) = window.update(
-                context.gpu,
-                context.scene,
-                &mut self.scratch,
-                place.first,
-                &stale,
+            WindowMove {
+                window: &mut level.window,
+                first: place.first,
+                stale,
                 carried,
-            )?;
-            if window.voxels.capacity() > light.capacity {
-                light.reserve(context.gpu, &window.voxels)?;
+            }
+        });
+        let scratch = &mut self.scratch;
+        let (new, stats) = move_windows(context.gpu, context.scene, scratch, moves.collect())?;
+        for (index, boxes) in range.zip(new) {
+            let level = &mut self.levels[index];
+            let place = places[index];
+            if level.window.voxels.capacity() > level.light.capacity {
+                (level.light).reserve(context.gpu, &level.window.voxels)?;
             }
             if !boxes.is_empty() {
-                let stays = self.layout.stays_lit(old.first, place.first);
-                *lit = if lights_slabs {
-                    lit.cut(stays)
+                let stays = self.layout.stays_lit(level.place.first, place.first);
+                level.lit = if lights_slabs {
+                    level.lit.cut(stays)
                 } else {
                     VoxelBox::NONE
                 };
             }
-            is_changed |= *old != place || !boxes.is_empty();
-            *old = place;
-            new.extend(boxes);
-            stats.append(cost);
-        }
-        if !is_changed {
-            return Ok(stats);
-        }
-        if let Some(volume) = &self.volume {
-            volume.set_places(context.gpu, places)?;
-        }
-        if let Some(space) = &mut self.space {
-            stats.append(space.follow(context.gpu, &self.levels, places)?);
+            self.is_placed &= level.place == place && boxes.is_empty();
+            level.place = place;
+            level.new.extend(boxes);
         }
         Ok(stats)
+    }
+
+    /// Tells the shaders where the levels are, where they do not know.
+    pub(super) fn tell_places(&mut self, gpu: &Gpu, places: &[Place]) -> Result<(), Error> {
+        if std::mem::replace(&mut self.is_placed, true) {
+            return Ok(());
+        }
+        if let Some(volume) = &self.volume {
+            volume.set_places(gpu, places)?;
+        }
+        (self.space.as_mut()).map_or(Ok(()), |space| space.follow(gpu, &self.levels, places))
     }
 
     /// Where the texels of a level are made from the next finer level.

@@ -143,12 +143,12 @@ impl VoxelStore for Mips {
     }
 
     fn build(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
-        let mut stats = self.grid.build(context.gpu, context.scene)?;
+        let stats = self.grid.build(context.gpu, context.scene)?;
         if let (Some(volume), Some((voxels, _))) = (&self.volume, &self.grid.lit) {
             let mut frame = Frame::new();
             volume.clear_mips(&mut frame, 0);
             volume.mark_matter(&mut frame, voxels);
-            stats.append(context.gpu.submit(frame)?);
+            context.gpu.enqueue(frame);
         }
         Ok(stats)
     }
@@ -157,7 +157,6 @@ impl VoxelStore for Mips {
         let (Some(dynamic), Some((voxels, _))) = (&self.grid.dynamic, &self.grid.lit) else {
             return self.build(context);
         };
-        let mut stats = FrameStats::default();
         if let Some(volume) = &self.volume {
             let slots = dynamic.slots(voxels);
             let params = ClearParams {
@@ -174,13 +173,13 @@ impl VoxelStore for Mips {
                 .bind_mip("dense_radiance", &volume.radiance, 0)
                 .push(&params)
                 .dispatch(linear_groups(params.voxel_count));
-            stats.append(context.gpu.submit(frame)?);
+            context.gpu.enqueue(frame);
         }
-        stats.append(self.grid.follow(context.gpu, context.scene)?);
+        let stats = self.grid.follow(context.gpu, context.scene)?;
         if let (Some(volume), Some((voxels, _))) = (&self.volume, &self.grid.lit) {
             let mut frame = Frame::new();
             volume.mark_matter(&mut frame, voxels);
-            stats.append(context.gpu.submit(frame)?);
+            context.gpu.enqueue(frame);
         }
         Ok(stats)
     }

@@ -90,7 +90,7 @@ impl AttributeBricks {
         gpu: &Gpu,
         nodes: &NodePool,
         records: &[RecordRange],
-    ) -> Result<FrameStats, Error> {
+    ) -> Result<(), Error> {
         let mut frame = Frame::new();
         if nodes.room() > self.capacity {
             for pool in &mut self.pools {
@@ -101,7 +101,8 @@ impl AttributeBricks {
         self.write(&mut frame, nodes, records, |level| {
             Tiles::dynamic(nodes, level, &self.nothing)
         });
-        gpu.submit(frame)
+        gpu.enqueue(frame);
+        Ok(())
     }
 
     /// Albedo, mean normal, emission.

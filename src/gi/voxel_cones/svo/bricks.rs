@@ -405,7 +405,7 @@ impl BrickPool {
         gpu: &Gpu,
         nodes: &NodePool,
         records: Vec<RecordRange>,
-    ) -> Result<FrameStats, Error> {
+    ) -> Result<(), Error> {
         if let Some(touched) = &mut self.touched {
             touched.reserve(gpu, nodes)?;
         }
@@ -423,7 +423,8 @@ impl BrickPool {
             }
             self.capacity = room;
         }
-        gpu.submit(frame)
+        gpu.enqueue(frame);
+        Ok(())
     }
 
     /// RGBA16F: mean normal of what shines, times its luminance (W/(m² sr)), premultiplied by

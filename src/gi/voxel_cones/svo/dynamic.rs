@@ -328,7 +328,7 @@ impl DynamicTiles {
             self.grow(gpu, &mut frame, nodes)?;
         }
         self.add_links(&mut frame, nodes, touched);
-        stats.append(gpu.submit(frame)?);
+        gpu.enqueue(frame);
         Ok(stats)
     }
 

@@ -159,9 +159,7 @@ impl VoxelStore for Svo {
         let mut space = None;
         if self.has_rays {
             stats.append(voxels.pack(context.gpu)?);
-            let (made, indexed) = OctreeSpace::new(context.gpu, &nodes)?;
-            stats.append(indexed);
-            space = Some(made);
+            space = Some(OctreeSpace::new(context.gpu, &nodes)?);
         }
         self.octree = Some(Octree {
             voxels,
@@ -190,19 +188,13 @@ impl VoxelStore for Svo {
         }
         if let Some(bricks) = &mut octree.bricks {
             let records = octree.voxels.records();
-            stats.append(bricks.follow(context.gpu, &octree.nodes, records)?);
+            bricks.follow(context.gpu, &octree.nodes, records)?;
         }
         if let Some(attributes) = &mut octree.attributes {
-            stats.append(attributes.follow(
-                context.gpu,
-                &octree.nodes,
-                &octree.voxels.records(),
-            )?);
+            attributes.follow(context.gpu, &octree.nodes, &octree.voxels.records())?;
         }
         if let Some(space) = &mut octree.space {
-            let (made, indexed) = OctreeSpace::new(context.gpu, &octree.nodes)?;
-            stats.append(indexed);
-            *space = made;
+            *space = OctreeSpace::new(context.gpu, &octree.nodes)?;
         }
         self.octree = Some(octree);
         Ok(stats)

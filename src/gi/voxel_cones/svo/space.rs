@@ -10,8 +10,8 @@ use crate::gi::shared::voxel::{Sides, Space};
 use crate::gpu_struct;
 use crate::graph::compute::{linear_groups, read, read_write};
 use crate::graph::{
-    Access, Binding, Bound, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind, ImageUsage,
-    Owner, Pass, vk,
+    Access, Binding, Bound, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Owner,
+    Pass, vk,
 };
 use crate::shader::GpuStruct;
 
@@ -83,7 +83,7 @@ pub(super) struct OctreeSpace {
 
 impl OctreeSpace {
     /// Of an octree as it is now.
-    pub(super) fn new(gpu: &Gpu, nodes: &NodePool) -> Result<(Self, FrameStats), Error> {
+    pub(super) fn new(gpu: &Gpu, nodes: &NodePool) -> Result<Self, Error> {
         let root = nodes.root();
         let moving = nodes.dynamic.as_ref();
         let moving_blocks = moving.map_or(0, |tiles| tiles.levels[1].count);
@@ -108,8 +108,8 @@ impl OctreeSpace {
             .bind("block_count", &counter)
             .push(&params)
             .dispatch(linear_groups(cell_count));
-        let stats = gpu.submit(frame)?;
-        Ok((space, stats))
+        gpu.enqueue(frame);
+        Ok(space)
     }
 
     /// What rays go through.

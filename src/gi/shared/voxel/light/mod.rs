@@ -166,7 +166,7 @@ impl VoxelLight {
             // The first frame reads what no frame before it has left.
             let mut frame = Frame::new();
             frame.fill(CLEAR_LIGHT, irradiance, 0);
-            gpu.submit(frame)?;
+            gpu.enqueue(frame);
         }
         Ok(VoxelLight {
             settings,
@@ -218,7 +218,8 @@ impl VoxelLight {
         } else if !grows && kept_bytes < irradiance.size_bytes() {
             frame.fill_from(CLEAR_LIGHT, irradiance, kept_bytes, 0);
         }
-        gpu.submit(frame).map(drop)
+        gpu.enqueue(frame);
+        Ok(())
     }
 
     /// Makes room for as many voxels as these have room for; what they gathered stays, and their

@@ -1,0 +1,376 @@
+//! Submissions: what goes with the next one, what runs, and what it has cost.
+
+use std::collections::VecDeque;
+use std::ops::Range;
+use std::sync::Arc;
+use std::time::Instant;
+
+use ash::vk;
+
+use super::frame::{Frame, Step};
+use super::journal::JournalFrame;
+use super::plan::{Barrier, State, plan};
+use super::record::{Pipelines, Recorder};
+use super::sets::SharedSets;
+use super::stats::{FrameStats, HostWork};
+use crate::vulkan::{Commands, DescriptorPool, Device, Error, Timestamps};
+
+/// How many frames may run while the next one is recorded.
+pub const FRAMES_IN_FLIGHT: usize = 2;
+
+/// Runs one frame after the other, in the order in which they are given.
+pub(super) struct Runner {
+    device: Arc<Device>,
+    shared: Arc<SharedSets>,
+    trace: bool,
+    /// Whether each step is a submission that is waited for, and timed by the host.
+    isolate: bool,
+    /// Those in which nothing runs.
+    slots: Vec<Slot>,
+    /// Oldest first.
+    running: VecDeque<Running>,
+    /// What frames have cost that nobody waited for.
+    finished: Vec<FrameStats>,
+    pub(super) pipelines: Pipelines,
+    pub(super) state: State,
+    pub(super) journal: Option<Vec<JournalFrame>>,
+    pub(super) waiting: Waiting,
+    pub(super) host: HostWork,
+}
+
+/// What one submission is recorded into.
+struct Slot {
+    commands: Commands,
+    timestamps: Timestamps,
+}
+
+/// A submission that has not been waited for.
+struct Running {
+    slot: Slot,
+    frame: Frame,
+    _pool: DescriptorPool,
+}
+
+/// What goes with the next submission.
+#[derive(Default)]
+pub(super) struct Waiting {
+    /// Uploads, and passes whose results the host does not ask for, in their order.
+    pub(super) steps: Vec<Step>,
+    /// Bytes that are uploaded.
+    pub(super) bytes: u64,
+    /// What was submitted early, and that nobody has been told about.
+    pub(super) stats: FrameStats,
+}
+
+impl Runner {
+    /// Of a device; `how`: whether barriers are printed, and whether steps are isolated.
+    pub(super) fn new(
+        device: &Arc<Device>,
+        shared: &Arc<SharedSets>,
+        (trace, isolate): (bool, bool),
+    ) -> Result<Self, Error> {
+        let slot = || {
+            Ok(Slot {
+                commands: Commands::new(device)?,
+                timestamps: Timestamps::new(device, 128)?,
+            })
+        };
+        Ok(Runner {
+            device: Arc::clone(device),
+            shared: Arc::clone(shared),
+            trace,
+            isolate,
+            slots: (0..FRAMES_IN_FLIGHT)
+                .map(|_| slot())
+                .collect::<Result<_, Error>>()?,
+            running: VecDeque::new(),
+            finished: Vec::new(),
+            pipelines: Pipelines::default(),
+            state: State::default(),
+            journal: None,
+            waiting: Waiting::default(),
+            host: HostWork::default(),
+        })
+    }
+
+    /// Runs a frame after what waits for it, but without the barriers that `keep` turns down, and
+    /// waits for it.
+    pub(super) fn run(
+        &mut self,
+        frame: Frame,
+        keep: impl Fn(&Barrier) -> bool,
+    ) -> Result<FrameStats, Error> {
+        let mut stats = std::mem::take(&mut self.waiting.stats);
+        match self.begin(frame, keep)? {
+            Some(own) => stats.append(own),
+            None => {
+                self.wait()?;
+                stats.append(self.finished.pop().unwrap_or_default());
+            }
+        }
+        Ok(stats)
+    }
+
+    /// The same without waiting for it.
+    pub(super) fn run_ahead(&mut self, frame: Frame) -> Result<(), Error> {
+        let stats = std::mem::take(&mut self.waiting.stats);
+        self.finished
+            .extend((stats != FrameStats::default()).then_some(stats));
+        let done = self.begin(frame, |_| true)?;
+        self.finished.extend(done);
+        Ok(())
+    }
+
+    /// Waits for all frames that run, and tells what each has cost that nobody waited for before.
+    pub(super) fn finish(&mut self) -> Result<Vec<FrameStats>, Error> {
+        self.wait()?;
+        Ok(std::mem::take(&mut self.finished))
+    }
+
+    /// Waits for all frames that run.
+    pub(super) fn wait(&mut self) -> Result<(), Error> {
+        while !self.running.is_empty() {
+            self.wait_for_oldest()?;
+        }
+        Ok(())
+    }
+
+    /// Plans, records and submits a frame after what waits for it; its cost, where it has been
+    /// waited for.
+    fn begin(
+        &mut self,
+        mut frame: Frame,
+        keep: impl Fn(&Barrier) -> bool,
+    ) -> Result<Option<FrameStats>, Error> {
+        let Waiting { steps, bytes, .. } = std::mem::take(&mut self.waiting);
+        let count = steps.len();
+        frame.steps.splice(0..0, steps);
+        self.host.submissions += 1;
+        let begun = self.start(&mut frame, keep);
+        // What waited may not have run, where there still is a device.
+        if matches!(&begun, Err(error) if !matches!(error, Error::DeviceLost { .. })) {
+            self.waiting.steps = frame.steps.drain(..count.min(frame.steps.len())).collect();
+            self.waiting.bytes = bytes;
+        }
+        begun
+    }
+
+    fn start(
+        &mut self,
+        frame: &mut Frame,
+        keep: impl Fn(&Barrier) -> bool,
+    ) -> Result<Option<FrameStats>, Error> {
+        for id in self.device.take_retired() {
+            self.state.forget(id);
+        }
+        let (mut barriers, state) = plan(&frame.uses(), &self.state);
+        barriers
+            .iter_mut()
+            .for_each(|barriers| barriers.retain(&keep));
+        if let Some(journal) = &mut self.journal {
+            let names = frame.names();
+            journal.push(JournalFrame {
+                names: names.into_iter().map(str::to_owned).collect(),
+                uses: frame.uses(),
+                issued: Vec::new(),
+            });
+        }
+        self.pipelines.make(&self.device, &self.shared, frame)?;
+        if self.isolate {
+            let stats = self.run_step_by_step(frame, &barriers)?;
+            self.state = state;
+            return Ok(Some(stats));
+        }
+        if let Some(finished) = self.device.planted_loss() {
+            let slot = self.take_slot(frame)?;
+            let steps = 0..finished.min(frame.steps.len());
+            let ran = self.run_part(&slot, frame, &barriers, (steps, true));
+            self.slots.push(slot);
+            return ran.map(|_| None);
+        }
+        let slot = self.take_slot(frame)?;
+        let all = 0..frame.steps.len();
+        let submitted = self.record(&slot, frame, &barriers, all).and_then(|pool| {
+            let submitted = slot.commands.submit();
+            submitted
+                .map(|()| pool)
+                .map_err(|result| failure(frame, &[], result))
+        });
+        match submitted {
+            Ok(pool) => {
+                self.state = state;
+                self.running.push_back(Running {
+                    slot,
+                    frame: std::mem::take(frame),
+                    _pool: pool,
+                });
+                Ok(None)
+            }
+            Err(error) => {
+                self.slots.push(slot);
+                Err(error)
+            }
+        }
+    }
+
+    /// Each step by itself, timed by the host.
+    fn run_step_by_step(
+        &mut self,
+        frame: &Frame,
+        barriers: &[Vec<Barrier>],
+    ) -> Result<FrameStats, Error> {
+        let slot = self.take_slot(frame)?;
+        let ran = self.run_parts(&slot, frame, barriers);
+        self.slots.push(slot);
+        ran
+    }
+
+    fn run_parts(
+        &mut self,
+        slot: &Slot,
+        frame: &Frame,
+        barriers: &[Vec<Barrier>],
+    ) -> Result<FrameStats, Error> {
+        let mut stats = FrameStats::default();
+        // A frame without steps is still one, empty, submission.
+        for start in 0..frame.steps.len().max(1) {
+            let loss = self.device.planted_loss();
+            let end = start + loss.unwrap_or(1).min(1).min(frame.steps.len());
+            let part = (start..end, loss.is_some());
+            let host_ms = self.run_part(slot, frame, barriers, part)?;
+            tell(&mut stats, &frame.steps[start..end], &[host_ms]);
+        }
+        Ok(stats)
+    }
+
+    /// Some steps, which are waited for; what that took (ms). Then the device may be lost, where a
+    /// test wants that.
+    fn run_part(
+        &mut self,
+        slot: &Slot,
+        frame: &Frame,
+        barriers: &[Vec<Barrier>],
+        (steps, is_lost): (Range<usize>, bool),
+    ) -> Result<f64, Error> {
+        let _pool = self.record(slot, frame, barriers, steps)?;
+        let began = Instant::now();
+        let done = slot.commands.submit().and_then(|()| slot.commands.wait());
+        let host_ms = began.elapsed().as_secs_f64() * 1e3;
+        self.host.waits += 1;
+        let lost = is_lost.then_some(vk::Result::ERROR_DEVICE_LOST);
+        match lost.or(done.err()) {
+            Some(result) => {
+                let ticks = slot.timestamps.read(ticks_of(frame));
+                Err(failure(frame, &ticks, result))
+            }
+            None => Ok(host_ms),
+        }
+    }
+
+    /// A slot with as many timestamps as a frame has; waits for the oldest frame where there is
+    /// none.
+    fn take_slot(&mut self, frame: &Frame) -> Result<Slot, Error> {
+        if self.slots.is_empty() {
+            self.wait_for_oldest()?;
+        }
+        let count = ticks_of(frame);
+        let last = self.slots.last_mut();
+        if let Some(slot) = last.filter(|slot| slot.timestamps.count() < count) {
+            slot.timestamps = Timestamps::new(&self.device, count.next_power_of_two())?;
+        }
+        let slot = self.slots.pop();
+        let slot = slot.unwrap_or_else(|| unreachable!("a frame that is done gives its slot back"));
+        slot.timestamps.reset();
+        Ok(slot)
+    }
+
+    fn record(
+        &mut self,
+        slot: &Slot,
+        frame: &Frame,
+        barriers: &[Vec<Barrier>],
+        steps: Range<usize>,
+    ) -> Result<DescriptorPool, Error> {
+        let journal = self.journal.as_mut();
+        let mut recorder = Recorder {
+            device: &self.device,
+            shared: &self.shared,
+            commands: &slot.commands,
+            timestamps: &slot.timestamps,
+            pipelines: &mut self.pipelines,
+            notes: journal
+                .and_then(|journal| journal.last_mut())
+                .map(|frame| &mut frame.issued),
+            trace: self.trace,
+        };
+        recorder.record(frame, barriers, steps)
+    }
+
+    fn wait_for_oldest(&mut self) -> Result<(), Error> {
+        let Some(Running { slot, frame, _pool }) = self.running.pop_front() else {
+            return Ok(());
+        };
+        self.host.waits += 1;
+        let done = slot.commands.wait();
+        let ticks = slot.timestamps.read(ticks_of(&frame));
+        self.slots.push(slot);
+        done.map_err(|result| failure(&frame, &ticks, result))?;
+        let mut stats = FrameStats::default();
+        tell(&mut stats, &frame.steps, &self.pass_ms(&ticks));
+        self.finished.push(stats);
+        Ok(())
+    }
+
+    /// Milliseconds between the two timestamps of each step.
+    fn pass_ms(&self, ticks: &[Option<u64>]) -> Vec<f64> {
+        let ms_per_tick = f64::from(self.device.adapter().limits.timestamp_period_ns) * 1e-6;
+        let elapsed = |pair: &[Option<u64>]| match pair {
+            [Some(start), Some(end)] => end.saturating_sub(*start) as f64 * ms_per_tick,
+            _ => 0.0,
+        };
+        ticks.chunks_exact(2).map(elapsed).collect()
+    }
+}
+
+impl Drop for Runner {
+    fn drop(&mut self) {
+        // What runs is used until it is done; on a lost device nothing runs.
+        if let Err(error) = self.wait() {
+            log::debug!("the last frames: {error}");
+            for running in self.running.drain(..) {
+                let _ = running.slot.commands.wait();
+            }
+        }
+    }
+}
+
+fn ticks_of(frame: &Frame) -> u32 {
+    u32::try_from(2 * frame.steps.len()).unwrap_or(u32::MAX)
+}
+
+/// Adds what steps took (ms), of those that are told.
+fn tell(stats: &mut FrameStats, steps: &[Step], ms: &[f64]) {
+    let timed = steps.iter().zip(ms).filter(|(step, _)| step.is_told);
+    timed.for_each(|(step, ms)| stats.add(&step.name, *ms));
+}
+
+/// Says which pass was the last to finish.
+fn failure(frame: &Frame, ticks: &[Option<u64>], result: vk::Result) -> Error {
+    if result != vk::Result::ERROR_DEVICE_LOST {
+        return Error::Vulkan {
+            what: "running a frame".to_owned(),
+            result,
+        };
+    }
+    let finished = frame
+        .steps
+        .iter()
+        .zip(ticks.chunks_exact(2))
+        .take_while(|(_, pair)| pair.iter().all(Option::is_some))
+        .last();
+    Error::DeviceLost {
+        last_pass: finished.map_or("none of this frame".to_owned(), |(step, _)| {
+            step.name.clone()
+        }),
+    }
+}
