@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use crate::gi::entry::Entry;
 use crate::gi::registry::{DEFAULT, find};
-use crate::measure::bench::{BenchSettings, Case, Truth, cases, measure};
+use crate::measure::bench::{BenchSettings, Case, Truth, cases, measure, on_cpu};
 use crate::measure::draw::Chart;
 use crate::measure::records::{Records, line_of, read_records, record_files};
 use crate::measure::report::Report;
@@ -58,14 +58,13 @@ pub(crate) struct Args {
     /// One setting, on top of every preset; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Frames to measure, after one that warms up (16 with `bounces=feedback`).
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 5,
-        value_parser = clap::value_parser!(u32).range(1..=100_000),
-    )]
-    frames: u32,
+    /// Frames to measure, after one that warms up (16 with `bounces=feedback`), and on a GPU after
+    /// 0.4 s that raise its clocks [default: 5 on a CPU device, 100 elsewhere].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    frames: Option<u32>,
+    /// Go on with frames until so long has gone by (s).
+    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
+    seconds: Option<Duration>,
     /// Builds of the static structure to measure, after the first.
     #[arg(
         long,
@@ -190,6 +189,11 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         .filter(|path| path.exists())
         .try_for_each(|path| check_output(&path))?;
     let gpu = args.device.options()?;
+    let default_frames = if on_cpu(&gpu).map_err(CliError::failed)? {
+        5
+    } else {
+        100
+    };
     let timing = args.timing.choice(&gpu)?;
     let frame = args.frame.settings(args.size);
     let times = args.times.clone();
@@ -202,7 +206,8 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         timing,
         frame,
         warm_up: true,
-        frames: args.frames,
+        frames: args.frames.unwrap_or(default_frames),
+        at_least: args.seconds.unwrap_or_default(),
         rebuilds: args.rebuilds,
         times,
         still: true,

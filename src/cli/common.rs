@@ -300,9 +300,9 @@ impl DeviceArgs {
 #[derive(clap::Args)]
 #[command(next_help_heading = "Device")]
 pub(super) struct TimingArgs {
-    /// Where times come from: timestamps, or host (every pass by itself) [default: host on a CPU
-    /// device, timestamps elsewhere].
-    #[arg(long, value_name = "host|timestamps", value_parser = parse_timing)]
+    /// Where times come from: the device's timestamps, or the host, which submits every pass by
+    /// itself [default: host on a CPU device, device elsewhere].
+    #[arg(long, value_name = "host|device", value_parser = parse_timing)]
     timing: Option<Timing>,
 }
 
@@ -318,8 +318,9 @@ impl TimingArgs {
 fn parse_timing(text: &str) -> Result<Timing, String> {
     match text {
         "host" => Ok(Timing::Host),
-        "timestamps" => Ok(Timing::Timestamps),
-        _ => Err(String::from("write host or timestamps")),
+        // As records have it.
+        "device" | "timestamps" => Ok(Timing::Timestamps),
+        _ => Err(String::from("write host or device")),
     }
 }
 

@@ -1,5 +1,7 @@
 //! How points of a grid are measured, as options.
 
+use std::time::Duration;
+
 use crate::measure::bench::BenchSettings;
 use crate::metrics::Channel;
 
@@ -57,6 +59,7 @@ impl MeasureArgs {
             frame: self.frame.small(self.size),
             warm_up: true,
             frames: self.frames,
+            at_least: Duration::ZERO,
             rebuilds: self.rebuilds,
             times: Vec::new(),
             still: false,

@@ -95,7 +95,9 @@ impl Gpu {
             follows,
         };
         let mut frame = Frame::new();
-        frame.push(format!("build {name}"), uses, work);
-        self.submit(frame).map(drop)
+        frame.push_untold(format!("build {name}"), uses, work);
+        let stats = self.submit(frame)?;
+        self.tell_later(stats);
+        Ok(())
     }
 }

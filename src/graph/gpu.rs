@@ -151,24 +151,21 @@ impl Gpu {
         &self,
         images: [&Arc<Image>; MATERIAL_TEXTURES],
     ) -> Result<Arc<MaterialSet>, Error> {
-        self.make_ready(&images)?;
+        self.make_ready(&images);
         MaterialSet::new(&self.device, &self.shared, images)
     }
 
     /// Images can be sampled from now on.
-    pub fn make_ready(&self, images: &[&Arc<Image>]) -> Result<(), Error> {
+    pub fn make_ready(&self, images: &[&Arc<Image>]) {
         let mut frame = Frame::new();
         for image in images {
             let resource = Resource::from(*image);
             let uses = [Access::ComputeSampled, Access::RasterSampled]
                 .map(|access| (resource.clone(), resource.used(access)));
-            frame.push(
-                format!("ready {}", image.name()),
-                uses.to_vec(),
-                Work::Nothing,
-            );
+            let name = format!("ready {}", image.name());
+            frame.push_untold(name, uses.to_vec(), Work::Nothing);
         }
-        self.submit(frame).map(drop)
+        self.enqueue(frame);
     }
 
     /// Plans, records and runs a frame after what waits for it ([`Gpu::enqueue`]), whose cost is
@@ -178,7 +175,7 @@ impl Gpu {
     }
 
     /// As [`Gpu::submit`], without waiting for it: only for the oldest where
-    /// [`FRAMES_IN_FLIGHT`] run already. [`Gpu::finish`] tells its cost.
+    /// [`super::FRAMES_IN_FLIGHT`] run already. [`Gpu::finish`] tells its cost.
     pub fn submit_ahead(&self, frame: Frame) -> Result<(), Error> {
         if frame.steps.is_empty() {
             return Ok(());
@@ -227,8 +224,13 @@ impl Gpu {
     /// Submits what waits, and keeps its cost for the next who asks.
     pub(super) fn submit_early(&self) -> Result<(), Error> {
         let stats = self.submit_waiting()?;
-        self.runner().waiting.stats.append(stats);
+        self.tell_later(stats);
         Ok(())
+    }
+
+    /// Keeps a cost for the next who asks.
+    pub(super) fn tell_later(&self, stats: FrameStats) {
+        self.runner().waiting.stats.append(stats);
     }
 
     /// Submits what waits and waits for all, so that no memory is its.

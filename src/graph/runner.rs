@@ -323,12 +323,14 @@ impl Runner {
 
     /// Milliseconds between the two timestamps of each step.
     fn pass_ms(&self, ticks: &[Option<u64>]) -> Vec<f64> {
-        let ms_per_tick = f64::from(self.device.adapter().limits.timestamp_period_ns) * 1e-6;
+        let limits = &self.device.adapter().limits;
+        let ms_per_tick = f64::from(limits.timestamp_period_ns) * 1e-6;
         let elapsed = |pair: &[Option<u64>]| match pair {
-            [Some(start), Some(end)] => end.saturating_sub(*start) as f64 * ms_per_tick,
-            _ => 0.0,
+            [Some(start), Some(end)] => elapsed_ticks(*start, *end, limits.timestamp_bits),
+            _ => 0,
         };
-        ticks.chunks_exact(2).map(elapsed).collect()
+        let ticks = ticks.chunks_exact(2).map(elapsed);
+        ticks.map(|ticks| ticks as f64 * ms_per_tick).collect()
     }
 }
 
@@ -342,6 +344,12 @@ impl Drop for Runner {
             }
         }
     }
+}
+
+/// Ticks between two timestamps of so many bits, which begin anew at 0 when all are set.
+fn elapsed_ticks(start: u64, end: u64, bits: u32) -> u64 {
+    let unused = 64 - bits.clamp(1, 64);
+    end.wrapping_sub(start) << unused >> unused
 }
 
 fn ticks_of(frame: &Frame) -> u32 {
@@ -372,5 +380,19 @@ fn failure(frame: &Frame, ticks: &[Option<u64>], result: vk::Result) -> Error {
         last_pass: finished.map_or("none of this frame".to_owned(), |(step, _)| {
             step.name.clone()
         }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn timestamps_begin_anew() {
+        assert_eq!(elapsed_ticks(5, 12, 64), 7);
+        assert_eq!(elapsed_ticks(u64::MAX - 1, 3, 64), 5);
+        assert_eq!(elapsed_ticks((1 << 36) - 2, 1, 36), 3);
+        // What the other bits hold is nothing.
+        assert_eq!(elapsed_ticks(7 << 40 | 5, 2 << 40 | 12, 36), 7);
     }
 }

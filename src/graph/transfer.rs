@@ -109,7 +109,8 @@ impl Gpu {
 
     /// The contents of a buffer, once all work before has finished.
     pub fn read_buffer(&self, buffer: &Arc<Buffer>) -> Result<Vec<u8>, Error> {
-        let (_, bytes) = self.submit_and_read(Frame::new(), buffer)?;
+        let (stats, bytes) = self.submit_and_read(Frame::new(), buffer)?;
+        self.tell_later(stats);
         Ok(bytes)
     }
 
@@ -167,7 +168,8 @@ impl Gpu {
     /// materials take for granted that it can be sampled.
     pub fn read_texture(&self, image: &Arc<Image>) -> Result<Vec<u8>, Error> {
         let texels = self.read_image(image, 0, 0)?;
-        self.make_ready(&[image]).map(|()| texels)
+        self.make_ready(&[image]);
+        Ok(texels)
     }
 
     /// One texel of the finest mip of an image without layers, once all work before has finished.
@@ -233,7 +235,9 @@ impl Gpu {
 
     /// What a frame leaves in one buffer.
     fn read_one(&self, frame: Frame, buffer: Arc<Buffer>) -> Result<Vec<u8>, Error> {
-        let (_, contents) = self.read_after(frame, &[buffer])?;
+        let (stats, contents) = self.read_after(frame, &[buffer])?;
+        // Of what waited: reading costs nothing that is told.
+        self.tell_later(stats);
         Ok(contents.into_iter().next().unwrap_or_default())
     }
 

@@ -18,6 +18,7 @@ use crate::render::GpuScene;
 use crate::scene::{Camera, Scene};
 use crate::vulkan::DeviceKind;
 
+use super::clocks::{self, Clocks};
 use super::report::{
     DirectionCost, ErrorReport, HostRow, MemoryRow, MotionTimes, ReferenceInfo, Report, Timing,
     shadow_changes,
@@ -122,6 +123,8 @@ pub struct BenchSettings {
     pub warm_up: bool,
     /// Frames that are measured, at least 1.
     pub frames: u32,
+    /// As long as this has not gone by, more frames are.
+    pub at_least: Duration,
     /// Builds after the first.
     pub rebuilds: u32,
     /// Times (s) at which dynamic models are shown, each measured as often as there are builds.
@@ -199,12 +202,16 @@ pub struct Pictures {
 /// How a device is best timed: by its timestamps, unless it runs on the CPU. Lavapipe's do not
 /// follow what it executes.
 pub fn choose_timing(options: &GpuOptions) -> Result<Timing, Error> {
-    let gpu = Gpu::new(options)?;
-    Ok(if gpu.info().kind == DeviceKind::Cpu {
+    Ok(if on_cpu(options)? {
         Timing::Host
     } else {
         Timing::Timestamps
     })
+}
+
+/// Whether the device that these open runs on the CPU.
+pub fn on_cpu(options: &GpuOptions) -> Result<bool, Error> {
+    Ok(Gpu::new(options)?.info().kind == DeviceKind::Cpu)
 }
 
 /// Measures one case on a device of its own, so that every first build compiles its pipelines. What
@@ -315,6 +322,7 @@ struct Run<'g> {
     first_build: FrameStats,
     builds: Vec<FrameStats>,
     frames: Vec<FrameStats>,
+    clocks: Option<Clocks>,
     still: Vec<FrameStats>,
     motion: Vec<MotionTimes>,
     walks: Vec<WalkTimes>,
@@ -353,9 +361,11 @@ fn run<'g>(
         raise_clocks(&mut renderer, scene)?;
         frames.clear();
     }
-    while frames.len() < settings.frames as usize {
+    let began = Instant::now();
+    while frames.len() < settings.frames as usize || began.elapsed() < settings.at_least {
         frames.push(renderer.render(&scene.camera)?);
     }
+    let clocks = clocks::read(gpu.info());
     let counts = renderer.counts_of_report()?;
     let energy = if settings.samples {
         renderer.energy()?
@@ -386,6 +396,7 @@ fn run<'g>(
         first_build,
         builds,
         frames,
+        clocks,
         still,
         motion,
         walks,
@@ -500,6 +511,7 @@ impl Run<'_> {
             walks: self.walks.clone(),
             passes,
             still: rows(&self.still),
+            clocks: self.clocks.clone(),
             host: host_rows([
                 ("build", &self.builds),
                 ("frame", &self.frames),

@@ -3,6 +3,7 @@
 pub mod bench;
 mod build;
 pub mod chart;
+pub mod clocks;
 pub mod draw;
 pub mod explain;
 mod figures;

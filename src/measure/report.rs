@@ -18,6 +18,7 @@ use crate::reference::Bounces;
 use crate::render::ShadowSettings;
 use crate::scene::Scene;
 
+use super::clocks::Clocks;
 use super::records::Versioned;
 use super::stages::StageTimes;
 use super::throughput::Throughput;
@@ -278,6 +279,9 @@ pub struct Report {
     /// What a camera that walks costs, by speed.
     #[serde(default)]
     pub walks: Vec<WalkTimes>,
+    /// Clocks of the device right after the frames, where they can be read.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clocks: Option<Clocks>,
     /// Frames a second, where they were counted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub throughput: Option<Throughput>,
@@ -463,6 +467,7 @@ impl Report {
             directions: Vec::new(),
             motion: Vec::new(),
             walks: Vec::new(),
+            clocks: None,
             throughput: None,
             memory_bytes: gpu.memory_total(),
             memory,

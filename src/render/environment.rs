@@ -177,7 +177,7 @@ fn upload(gpu: &Gpu, levels: &[Level], factor: f32) -> Result<Arc<Image>, Error>
             .collect();
         gpu.upload_image(&image, mip, 0, bytemuck::cast_slice(&halves))?;
     }
-    gpu.make_ready(&[&image])?;
+    gpu.make_ready(&[&image]);
     Ok(image)
 }
 

@@ -53,6 +53,9 @@ pub struct DeviceInfo {
     pub api_version: String,
 }
 
+/// Atomics in 3D images of 32-bit integers, by the name in `lumivox devices`.
+pub const IMAGE_ATOMICS: &str = "r32ui 3D storage images with atomics";
+
 /// One feature, and what it costs not to have it.
 #[derive(Clone, Debug)]
 pub struct Check {
@@ -75,6 +78,10 @@ pub struct Features {
     pub shader_int64: bool,
     /// `VK_EXT_conservative_rasterization`.
     pub conservative_rasterization: bool,
+    /// That it rasterizes triangles whose area is 0 once they are rounded.
+    pub degenerate_triangles: bool,
+    /// Atomics in 3D images of 32-bit integers.
+    pub image_atomics: bool,
     /// `VK_EXT_conditional_rendering`.
     pub conditional_rendering: bool,
     /// `VK_KHR_ray_query`, with acceleration structures.
@@ -110,6 +117,8 @@ pub struct Limits {
     pub push_bytes: u32,
     /// Duration of one timestamp tick (ns).
     pub timestamp_period_ns: f32,
+    /// Bits of a timestamp that count; the others are to be left out.
+    pub timestamp_bits: u32,
     /// Alignment of what the device needs while it builds an acceleration structure (bytes); 0
     /// where it has none.
     pub scratch_alignment: u64,
@@ -132,6 +141,9 @@ pub struct Adapter {
     pub limits: Limits,
     pub(super) raw: vk::PhysicalDevice,
     pub(super) queue_family: Option<u32>,
+    /// Whether its driver is one over another interface, which leaves out a part of Vulkan that
+    /// Lumivox does not use.
+    pub(super) is_layered: bool,
     pub(super) memory: vk::PhysicalDeviceMemoryProperties,
 }
 
@@ -158,6 +170,8 @@ impl Adapter {
                 instance.get_physical_device_memory_properties(raw),
             )
         };
+        let (queue_family, timestamp_bits) = queue_family(instance, raw).unzip();
+        let timestamp_bits = timestamp_bits.unwrap_or(0);
         let mut adapter = Adapter {
             index,
             info: DeviceInfo {
@@ -176,9 +190,10 @@ impl Adapter {
             }],
             optional: Vec::new(),
             features: Features::default(),
-            limits: limits(&base.limits, &memory),
+            limits: limits(&base.limits, &memory, timestamp_bits),
             raw,
-            queue_family: queue_family(instance, raw),
+            queue_family,
+            is_layered: has_extension(instance, raw, vk::KHR_PORTABILITY_SUBSET_NAME),
             memory,
         };
         if base.api_version >= vk::API_VERSION_1_3 {
@@ -249,7 +264,6 @@ impl Adapter {
             ("dynamicRendering", v13.dynamic_rendering == vk::TRUE),
             ("synchronization2", v13.synchronization2 == vk::TRUE),
             ("maintenance4", v13.maintenance4 == vk::TRUE),
-            ("timelineSemaphore", v12.timeline_semaphore == vk::TRUE),
             ("hostQueryReset", v12.host_query_reset == vk::TRUE),
             (
                 "fragmentStoresAndAtomics",
@@ -276,12 +290,25 @@ impl Adapter {
         found.shader_int64 = base.shader_int64 == vk::TRUE;
         found.conservative_rasterization =
             has_extension(instance, self.raw, vk::EXT_CONSERVATIVE_RASTERIZATION_NAME);
+        if found.conservative_rasterization {
+            self.read_rasterization(instance);
+        }
+        let found = &mut self.features;
         found.conditional_rendering =
             has_extension(instance, self.raw, vk::EXT_CONDITIONAL_RENDERING_NAME);
         if v12.buffer_device_address == vk::TRUE {
             self.read_ray_query(instance);
         }
         self.optional = self.features.checks();
+    }
+
+    /// As [`Adapter::read_ray_query`], of conservative rasterization.
+    fn read_rasterization(&mut self, instance: &ash::Instance) {
+        let mut limits = vk::PhysicalDeviceConservativeRasterizationPropertiesEXT::default();
+        let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut limits);
+        // SAFETY: the device has the extension.
+        unsafe { instance.get_physical_device_properties2(self.raw, &mut properties) };
+        self.features.degenerate_triangles = limits.degenerate_triangles_rasterized == vk::TRUE;
     }
 
     /// Features and properties of extensions may be asked for only where these are.
@@ -311,21 +338,10 @@ impl Adapter {
 
     fn read_formats(&mut self, instance: &ash::Instance) {
         let storage = vk::FormatFeatureFlags::STORAGE_IMAGE;
-        for (name, format, wanted) in [
-            (
-                "rgba16f 3D storage images",
-                vk::Format::R16G16B16A16_SFLOAT,
-                storage | vk::FormatFeatureFlags::SAMPLED_IMAGE_FILTER_LINEAR,
-            ),
-            (
-                "r32ui 3D storage images with atomics",
-                vk::Format::R32_UINT,
-                storage | vk::FormatFeatureFlags::STORAGE_IMAGE_ATOMIC,
-            ),
-        ] {
+        let holds = |format: vk::Format, wanted: vk::FormatFeatureFlags| {
             let usage = vk::ImageUsageFlags::STORAGE | vk::ImageUsageFlags::SAMPLED;
             // SAFETY: plain queries of a living device.
-            let present = unsafe {
+            unsafe {
                 let features = instance
                     .get_physical_device_format_properties(self.raw, format)
                     .optimal_tiling_features;
@@ -340,19 +356,23 @@ impl Adapter {
                             self.raw, format, kind, tiling, usage, flags,
                         )
                         .is_ok()
-            };
-            self.required.push(Check {
-                name,
-                present,
-                cost: "no device without it",
-            });
-        }
+            }
+        };
+        let filtered = storage | vk::FormatFeatureFlags::SAMPLED_IMAGE_FILTER_LINEAR;
+        self.required.push(Check {
+            name: "rgba16f 3D storage images",
+            present: holds(vk::Format::R16G16B16A16_SFLOAT, filtered),
+            cost: "no device without it",
+        });
+        let atomic = storage | vk::FormatFeatureFlags::STORAGE_IMAGE_ATOMIC;
+        self.features.image_atomics = holds(vk::Format::R32_UINT, atomic);
+        self.optional = self.features.checks();
     }
 }
 
 impl Features {
     /// Name of each, whether it is there, and what its absence costs.
-    fn optional(&mut self) -> [(&'static str, &mut bool, &'static str); 7] {
+    fn optional(&mut self) -> [(&'static str, &mut bool, &'static str); 9] {
         [
             (
                 "geometryShader",
@@ -363,6 +383,16 @@ impl Features {
                 "VK_EXT_conservative_rasterization",
                 &mut self.conservative_rasterization,
                 "no raster-hw voxelization; triangles are enlarged in a geometry shader",
+            ),
+            (
+                "degenerateTrianglesRasterized",
+                &mut self.degenerate_triangles,
+                "raster-hw leaves out triangles that have no area once they are rounded",
+            ),
+            (
+                IMAGE_ATOMICS,
+                &mut self.image_atomics,
+                "no accumulation=running-average",
             ),
             (
                 "VK_EXT_conditional_rendering",
@@ -416,6 +446,7 @@ fn kind(kind: vk::PhysicalDeviceType) -> DeviceKind {
 fn limits(
     limits: &vk::PhysicalDeviceLimits,
     memory: &vk::PhysicalDeviceMemoryProperties,
+    timestamp_bits: u32,
 ) -> Limits {
     let local = |heap: &&vk::MemoryHeap| heap.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL);
     Limits {
@@ -436,18 +467,21 @@ fn limits(
         shared_bytes: limits.max_compute_shared_memory_size,
         push_bytes: limits.max_push_constants_size,
         timestamp_period_ns: limits.timestamp_period,
+        timestamp_bits,
         scratch_alignment: 0,
     }
 }
 
-fn queue_family(instance: &ash::Instance, raw: vk::PhysicalDevice) -> Option<u32> {
+/// The family of queues that do all work, and how many bits of its timestamps count.
+fn queue_family(instance: &ash::Instance, raw: vk::PhysicalDevice) -> Option<(u32, u32)> {
     // SAFETY: the device belongs to this living instance.
     let families = unsafe { instance.get_physical_device_queue_family_properties(raw) };
     let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
     let index = families.iter().position(|family| {
         family.queue_flags.contains(wanted) && family.timestamp_valid_bits > 0
     })?;
-    u32::try_from(index).ok()
+    let bits = families[index].timestamp_valid_bits;
+    Some((u32::try_from(index).ok()?, bits))
 }
 
 fn has_extension(instance: &ash::Instance, raw: vk::PhysicalDevice, name: &std::ffi::CStr) -> bool {

@@ -306,7 +306,6 @@ fn open(
         .sampler_anisotropy(found.sampler_anisotropy)
         .shader_int64(found.shader_int64);
     let mut v12 = vk::PhysicalDeviceVulkan12Features::default()
-        .timeline_semaphore(true)
         .host_query_reset(true)
         .buffer_device_address(found.ray_query);
     let mut v13 = vk::PhysicalDeviceVulkan13Features::default()
@@ -334,6 +333,9 @@ fn open(
     if found.ray_query {
         features = features.push_next(&mut structures).push_next(&mut queries);
         extensions.extend(RAY_QUERY_EXTENSIONS.map(CStr::as_ptr));
+    }
+    if adapter.is_layered {
+        extensions.push(vk::KHR_PORTABILITY_SUBSET_NAME.as_ptr());
     }
     if presents {
         extensions.push(vk::KHR_SWAPCHAIN_NAME.as_ptr());

@@ -213,7 +213,15 @@ fn create(
         layers.push(VALIDATION_LAYER.as_ptr());
         extensions.push(vk::EXT_VALIDATION_FEATURES_NAME.as_ptr());
     }
+    // Without it the loader hides drivers over another interface, such as MoltenVK's.
+    let shows_layered = has_extension(entry, vk::KHR_PORTABILITY_ENUMERATION_NAME)?;
+    let mut flags = vk::InstanceCreateFlags::empty();
+    if shows_layered {
+        extensions.push(vk::KHR_PORTABILITY_ENUMERATION_NAME.as_ptr());
+        flags |= vk::InstanceCreateFlags::ENUMERATE_PORTABILITY_KHR;
+    }
     let mut info = vk::InstanceCreateInfo::default()
+        .flags(flags)
         .application_info(&application)
         .enabled_layer_names(&layers)
         .enabled_extension_names(&extensions);

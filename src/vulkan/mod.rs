@@ -27,7 +27,7 @@ mod surface;
 #[cfg(feature = "view")]
 mod swapchain;
 
-pub use adapter::{Adapter, Check, DeviceInfo, DeviceKind, Features, Limits};
+pub use adapter::{Adapter, Check, DeviceInfo, DeviceKind, Features, IMAGE_ATOMICS, Limits};
 pub use ash::vk;
 pub use buffer::{Buffer, BufferDesc, BufferUsage};
 pub use debug::Messages;

@@ -9,7 +9,7 @@ use crate::support::{expected_missing, gpu, own_gpu, read_words, words};
 use glam::Vec3;
 use lumivox::frame::Renderer;
 use lumivox::gi::entry::Entry;
-use lumivox::gi::registry::TECHNIQUES;
+use lumivox::gi::registry::{TECHNIQUES, find};
 use lumivox::gi::settings::Domain;
 use lumivox::graph::{
     DrawBatch, Error, Faults, Frame, Gpu, GpuOptions, ImageDesc, ImageKind, ImageUsage, Owner,
@@ -17,6 +17,7 @@ use lumivox::graph::{
 };
 use lumivox::image::{Aov, Image};
 use lumivox::scene::{Camera, Scene};
+use lumivox::vulkan::IMAGE_ATOMICS;
 
 /// A technique's default preset.
 fn default_case(entry: &'static Entry) -> Case {
@@ -353,6 +354,32 @@ fn a_missing_feature_is_refused_where_it_is_needed() {
     assert!(refused.contains(&(1, "geometryShader")), "{refused:?}");
 }
 
+/// Averages that run need atomics in images; sums do without.
+#[test]
+fn running_averages_are_refused_without_atomics() {
+    let gpu = own_gpu(&GpuOptions {
+        faults: Faults {
+            absent: vec![IMAGE_ATOMICS.into()],
+            ..Faults::default()
+        },
+        ..GpuOptions::default()
+    });
+    let scene = room();
+    for (word, expected) in [("exact", None), ("running-average", Some(IMAGE_ATOMICS))] {
+        let case = default_case(find("voxel-mips").unwrap());
+        let settings = case.settings(&[("resolution", "16"), ("accumulation", word)]);
+        let built = Renderer::new(&gpu, &scene, case.entry, &settings, frame(16, 8, 32))
+            .and_then(|(mut renderer, _)| renderer.render(&scene.camera));
+        let found = match built {
+            Ok(_) => None,
+            Err(Error::FeatureMissing { feature, .. }) => Some(feature),
+            Err(error) => panic!("{word}: {error}"),
+        };
+        assert_eq!(found, expected, "{word}");
+        assert_eq!(expected_missing(&gpu, &settings), expected, "{word}");
+    }
+}
+
 /// A pass that needs what is not there is refused by name, and the device goes on.
 #[test]
 fn a_pass_without_its_feature_is_refused() {
@@ -405,7 +432,7 @@ fn a_device_without_what_is_required_is_refused() {
     for name in [
         "maintenance4",
         "fragmentStoresAndAtomics",
-        "r32ui 3D storage images with atomics",
+        "rgba16f 3D storage images",
     ] {
         match Gpu::new(&GpuOptions {
             faults: Faults {

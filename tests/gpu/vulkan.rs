@@ -7,7 +7,7 @@ use crate::support::{Missing, gpu, read_words, skipped, words};
 use lumivox::graph::plan::Hazard;
 use lumivox::graph::{
     BatchDispatch, BufferDesc, BufferUsage, ClearOrLoad, DeviceChoice, DrawBatch, Error, Frame,
-    Gpu, GpuOptions, Image, ImageDesc, ImageKind, ImageUsage, MATERIAL_TEXTURES, Owner,
+    FrameStats, Gpu, GpuOptions, Image, ImageDesc, ImageKind, ImageUsage, MATERIAL_TEXTURES, Owner,
     SceneBindings, SceneSet, Targets, vk,
 };
 
@@ -64,7 +64,7 @@ fn empty_scene(gpu: &Gpu) -> Arc<SceneSet> {
             owner: Owner::Shared,
         })
         .unwrap();
-    gpu.make_ready(&[&sky]).unwrap();
+    gpu.make_ready(&[&sky]);
     let bindings = SceneBindings {
         frame_uniform,
         positions: storage("positions"),
@@ -78,6 +78,40 @@ fn empty_scene(gpu: &Gpu) -> Arc<SceneSet> {
         has_cascades: false,
     };
     gpu.create_scene_set(&bindings).unwrap()
+}
+
+/// Frames that wait for a submission run before it, and are told, even where that only reads.
+#[test]
+fn what_waits_runs_first_and_is_told_once() {
+    let gpu = gpu();
+    let buffer = words(&gpu, "values", &[1, 2, 3]);
+    let doubled = || {
+        let mut frame = Frame::new();
+        frame
+            .pass(&DOUBLE)
+            .bind("values", &buffer)
+            .constant("WORKGROUP", 64u32)
+            .push(&3u32)
+            .dispatch([1, 1, 1]);
+        frame
+    };
+    gpu.enqueue(doubled());
+    gpu.enqueue(doubled());
+    let before = gpu.host_work();
+    assert_eq!(read_words(&gpu, &buffer), [7, 11, 15]);
+    assert_eq!(gpu.host_work().since(before).submissions, 1);
+    let told = gpu.submit(doubled()).unwrap();
+    assert_eq!(told.passes[0].runs, 3, "{told:?}");
+    assert_eq!(gpu.submit_waiting().unwrap(), FrameStats::default());
+    gpu.submit_ahead(doubled()).unwrap();
+    gpu.enqueue(doubled());
+    gpu.submit_ahead(doubled()).unwrap();
+    gpu.submit_ahead(doubled()).unwrap();
+    let told = gpu.finish().unwrap();
+    let runs: Vec<u32> = told.iter().map(|stats| stats.passes[0].runs).collect();
+    assert_eq!(runs, [1, 2, 1]);
+    let expected = [1, 2, 3].map(|value: u32| 128 * value + 127);
+    assert_eq!(read_words(&gpu, &buffer), expected);
 }
 
 #[test]

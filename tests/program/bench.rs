@@ -534,7 +534,7 @@ fn results_are_those_of_their_records() {
 #[test]
 fn wrong_arguments_are_told() {
     let folder = tempfile::tempdir().unwrap();
-    let cases: [(&[&str], &str); 9] = [
+    let cases: [(&[&str], &str); 11] = [
         (
             &["--technique", "nonsense"],
             "there is no technique nonsense",
@@ -546,7 +546,9 @@ fn wrong_arguments_are_told() {
         (&["--set", "cones"], "KEY=VALUE"),
         (&["--frames", "0"], "frames"),
         (&["--max-error", "0"], "--max-error is 0"),
-        (&["--timing", "sundial"], "host or timestamps"),
+        (&["--timing", "sundial"], "host or device"),
+        (&["--seconds", "0"], "more than 0"),
+        (&["--throughput", "soon"], "more than 0"),
     ];
     for (arguments, message) in cases {
         let output = bench(folder.path(), &[&["bundled:cornell"], arguments].concat());

@@ -2,6 +2,7 @@
 
 use lumivox::gi::Settings;
 use lumivox::graph::Gpu;
+use lumivox::vulkan::IMAGE_ATOMICS;
 
 /// The feature that these settings need and the device lacks, by its name in `lumivox devices`:
 /// only then may [`lumivox::graph::Error::FeatureMissing`] be answered, and with this name.
@@ -10,7 +11,7 @@ use lumivox::graph::Gpu;
 pub fn expected_missing(gpu: &Gpu, settings: &Settings) -> Option<&'static str> {
     let features = gpu.features();
     let geometry = ("geometryShader", features.geometry_shader);
-    let needed = match settings.find_choice("voxelization") {
+    let mut needed = match settings.find_choice("voxelization") {
         Some("raster") => vec![geometry],
         Some("raster-hw") => vec![
             geometry,
@@ -21,6 +22,9 @@ pub fn expected_missing(gpu: &Gpu, settings: &Settings) -> Option<&'static str> 
         ],
         _ => vec![],
     };
+    if settings.find_choice("accumulation") == Some("running-average") {
+        needed.insert(0, (IMAGE_ATOMICS, features.image_atomics));
+    }
     needed
         .into_iter()
         .find(|(_, present)| !present)

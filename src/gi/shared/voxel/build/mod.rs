@@ -14,7 +14,7 @@ use std::time::Instant;
 use glam::{IVec3, UVec3, Vec3};
 
 use crate::gi::shared::voxel::build::passes::{Fragment, Voxel};
-use crate::gi::shared::voxel::build::settings::{Method, VoxelSettings};
+use crate::gi::shared::voxel::build::settings::{Accumulation, Method, VoxelSettings};
 use crate::gi::shared::voxel::{Lattice, VoxelBox, VoxelGrid};
 use crate::graph::{
     Buffer, BufferDesc, BufferUsage, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind,
@@ -22,6 +22,7 @@ use crate::graph::{
 };
 use crate::render::GpuScene;
 use crate::scene::Batch;
+use crate::vulkan::IMAGE_ATOMICS;
 
 use self::expected::room_for_fragments;
 pub use self::index::FilledBlocks;
@@ -139,7 +140,7 @@ pub struct Voxelizer {
 impl Voxelizer {
     /// In a grid around the scene.
     pub fn new(gpu: &Gpu, scene: &GpuScene, settings: VoxelSettings) -> Result<Self, Error> {
-        require(gpu, settings.method)?;
+        require(gpu, &settings)?;
         let grid = VoxelGrid::around(scene.bounds, settings.resolution);
         Ok(Voxelizer {
             settings,
@@ -217,7 +218,7 @@ impl Voxelizer {
         grid: VoxelGrid,
         grains: f32,
     ) -> Result<Self, Error> {
-        require(gpu, settings.method)?;
+        require(gpu, &settings)?;
         Ok(Voxelizer {
             settings,
             whole_origin: grid.origin,
@@ -362,7 +363,7 @@ impl Voxelizer {
     }
 }
 
-fn require(gpu: &Gpu, method: Method) -> Result<(), Error> {
+fn require(gpu: &Gpu, settings: &VoxelSettings) -> Result<(), Error> {
     let features = gpu.features();
     let missing = |what: &str, feature| {
         Err(Error::FeatureMissing {
@@ -370,7 +371,13 @@ fn require(gpu: &Gpu, method: Method) -> Result<(), Error> {
             feature,
         })
     };
-    match method {
+    match settings.method {
+        _ if settings.accumulation == Accumulation::RunningAverage && !features.image_atomics => {
+            missing(
+                "accumulation=running-average (exact does without)",
+                IMAGE_ATOMICS,
+            )
+        }
         Method::Raster if !features.geometry_shader => missing(
             "voxelization=raster (compute does without)",
             "geometryShader",
