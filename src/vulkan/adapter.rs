@@ -4,6 +4,8 @@ use std::ffi::CStr;
 
 use ash::vk;
 
+use super::fault::Faults;
+use super::limits::{Limits, NEEDED};
 use super::structure::RAY_QUERY;
 
 /// The extensions of ray queries.
@@ -64,7 +66,7 @@ pub struct Check {
     /// Whether the device has it.
     pub present: bool,
     /// What its absence costs.
-    pub cost: &'static str,
+    pub cost: String,
 }
 
 /// Optional features, enabled where present.
@@ -90,38 +92,6 @@ pub struct Features {
     pub subgroup_arithmetic: bool,
     /// Invocations in a subgroup.
     pub subgroup_size: u32,
-}
-
-/// Limits that decide what can be built.
-#[derive(Clone, Debug, Default)]
-pub struct Limits {
-    /// Largest part of a storage buffer that a shader can see (bytes).
-    pub storage_buffer_bytes: u64,
-    /// Largest uniform buffer (bytes).
-    pub uniform_buffer_bytes: u64,
-    /// Largest single allocation (bytes).
-    pub allocation_bytes: u64,
-    /// Size of the largest device-local memory heap (bytes).
-    pub heap_bytes: u64,
-    /// Largest extent of a 3D image (texels).
-    pub extent_3d: u32,
-    /// Largest extent of a 2D image (texels).
-    pub extent_2d: u32,
-    /// Most workgroups along each axis of a dispatch.
-    pub workgroups: [u32; 3],
-    /// Most invocations in a workgroup.
-    pub workgroup_invocations: u32,
-    /// Shared memory of a workgroup (bytes).
-    pub shared_bytes: u32,
-    /// Push constants (bytes).
-    pub push_bytes: u32,
-    /// Duration of one timestamp tick (ns).
-    pub timestamp_period_ns: f32,
-    /// Bits of a timestamp that count; the others are to be left out.
-    pub timestamp_bits: u32,
-    /// Alignment of what the device needs while it builds an acceleration structure (bytes); 0
-    /// where it has none.
-    pub scratch_alignment: u64,
 }
 
 /// One physical device.
@@ -161,7 +131,7 @@ impl Adapter {
         instance: &ash::Instance,
         raw: vk::PhysicalDevice,
         index: usize,
-        absent: &[String],
+        faults: &Faults,
     ) -> Self {
         // SAFETY: the device belongs to this living instance.
         let (base, memory) = unsafe {
@@ -171,7 +141,6 @@ impl Adapter {
             )
         };
         let (queue_family, timestamp_bits) = queue_family(instance, raw).unzip();
-        let timestamp_bits = timestamp_bits.unwrap_or(0);
         let mut adapter = Adapter {
             index,
             info: DeviceInfo {
@@ -186,11 +155,14 @@ impl Adapter {
             required: vec![Check {
                 name: "Vulkan 1.3",
                 present: base.api_version >= vk::API_VERSION_1_3,
-                cost: "no device without it",
+                cost: "no device without it".to_owned(),
             }],
             optional: Vec::new(),
             features: Features::default(),
-            limits: limits(&base.limits, &memory, timestamp_bits),
+            limits: Limits {
+                timestamp_bits: timestamp_bits.unwrap_or(0),
+                ..Limits::new(&base.limits, &memory)
+            },
             raw,
             queue_family,
             is_layered: has_extension(instance, raw, vk::KHR_PORTABILITY_SUBSET_NAME),
@@ -201,7 +173,16 @@ impl Adapter {
             adapter.read_features(instance);
             adapter.read_formats(instance);
         }
-        adapter.lose(absent);
+        let needed = NEEDED.iter().map(|needed| Check {
+            name: needed.name,
+            present: (needed.of)(&base.limits) >= needed.least,
+            cost: format!("no device without {}: some pass has as many", needed.least),
+        });
+        adapter.required.extend(needed);
+        adapter.lose(&faults.absent);
+        if faults.least_limits {
+            adapter.limits.clamp();
+        }
         adapter
     }
 
@@ -281,7 +262,7 @@ impl Adapter {
             self.required.push(Check {
                 name,
                 present,
-                cost,
+                cost: cost.to_owned(),
             });
         }
         let found = &mut self.features;
@@ -362,7 +343,7 @@ impl Adapter {
         self.required.push(Check {
             name: "rgba16f 3D storage images",
             present: holds(vk::Format::R16G16B16A16_SFLOAT, filtered),
-            cost: "no device without it",
+            cost: "no device without it".to_owned(),
         });
         let atomic = storage | vk::FormatFeatureFlags::STORAGE_IMAGE_ATOMIC;
         self.features.image_atomics = holds(vk::Format::R32_UINT, atomic);
@@ -427,7 +408,7 @@ impl Features {
             .map(|(name, present, cost)| Check {
                 name,
                 present: *present,
-                cost,
+                cost: cost.to_owned(),
             })
             .to_vec()
     }
@@ -440,35 +421,6 @@ fn kind(kind: vk::PhysicalDeviceType) -> DeviceKind {
         vk::PhysicalDeviceType::VIRTUAL_GPU => DeviceKind::Virtual,
         vk::PhysicalDeviceType::CPU => DeviceKind::Cpu,
         _ => DeviceKind::Other,
-    }
-}
-
-fn limits(
-    limits: &vk::PhysicalDeviceLimits,
-    memory: &vk::PhysicalDeviceMemoryProperties,
-    timestamp_bits: u32,
-) -> Limits {
-    let local = |heap: &&vk::MemoryHeap| heap.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL);
-    Limits {
-        storage_buffer_bytes: limits.max_storage_buffer_range.into(),
-        uniform_buffer_bytes: limits.max_uniform_buffer_range.into(),
-        allocation_bytes: u64::MAX,
-        heap_bytes: memory
-            .memory_heaps_as_slice()
-            .iter()
-            .filter(local)
-            .map(|heap| heap.size)
-            .max()
-            .unwrap_or(0),
-        extent_3d: limits.max_image_dimension3_d,
-        extent_2d: limits.max_image_dimension2_d,
-        workgroups: limits.max_compute_work_group_count,
-        workgroup_invocations: limits.max_compute_work_group_invocations,
-        shared_bytes: limits.max_compute_shared_memory_size,
-        push_bytes: limits.max_push_constants_size,
-        timestamp_period_ns: limits.timestamp_period,
-        timestamp_bits,
-        scratch_alignment: 0,
     }
 }
 

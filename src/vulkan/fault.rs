@@ -21,6 +21,8 @@ pub struct Faults {
     pub present: Option<(u64, vk::Result)>,
     /// Features that the device is said to lack, by their names in `lumivox devices`.
     pub absent: Vec<String>,
+    /// Sizes are limited to what every device of Vulkan 1.3 allows.
+    pub least_limits: bool,
 }
 
 /// The faults of one device, and what it has counted so far.
@@ -108,8 +110,8 @@ impl Planted {
 impl FromStr for Faults {
     type Err = String;
 
-    /// `allocation=N`, `loss=N:STEPS`, `surface-lost=N`, `out-of-date=N` and `absent=FEATURE`,
-    /// separated by spaces.
+    /// `allocation=N`, `loss=N:STEPS`, `surface-lost=N`, `out-of-date=N`, `absent=FEATURE` and
+    /// `limits=least`, separated by spaces.
     fn from_str(text: &str) -> Result<Self, String> {
         let mut faults = Faults::default();
         for word in text.split_whitespace() {
@@ -131,10 +133,11 @@ impl FromStr for Faults {
                     faults.present = Some((count(index)?, vk::Result::ERROR_OUT_OF_DATE_KHR))
                 }
                 Some(("absent", feature)) => faults.absent.push(feature.to_owned()),
+                Some(("limits", "least")) => faults.least_limits = true,
                 _ => {
                     return Err(wrong(
-                        &"write allocation=N, loss=N:STEPS, surface-lost=N, out-of-date=N or \
-                          absent=FEATURE",
+                        &"write allocation=N, loss=N:STEPS, surface-lost=N, out-of-date=N, \
+                          absent=FEATURE or limits=least",
                     ));
                 }
             }

@@ -353,11 +353,18 @@ fn check_limits(device: &Device, desc: &ImageDesc) -> Result<(), Error> {
         format: desc.format,
         usage: info.usage,
     })?;
+    let known = &device.adapter().limits;
+    let along = if desc.kind == ImageKind::D3 {
+        known.extent_3d
+    } else {
+        known.extent_2d
+    };
     let most = [
         limits.max_extent.width,
         limits.max_extent.height,
         limits.max_extent.depth,
-    ];
+    ]
+    .map(|most| most.min(along));
     let fits = desc
         .extent
         .iter()

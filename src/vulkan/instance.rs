@@ -88,7 +88,7 @@ impl Instance {
         Ok(devices
             .into_iter()
             .enumerate()
-            .map(|(index, raw)| Adapter::new(&self.raw, raw, index, &self.faults.absent))
+            .map(|(index, raw)| Adapter::new(&self.raw, raw, index, &self.faults))
             .collect())
     }
 

@@ -15,6 +15,7 @@ mod error;
 mod fault;
 mod image;
 mod instance;
+mod limits;
 mod memory;
 #[cfg(feature = "view")]
 mod painter;
@@ -27,7 +28,7 @@ mod surface;
 #[cfg(feature = "view")]
 mod swapchain;
 
-pub use adapter::{Adapter, Check, DeviceInfo, DeviceKind, Features, IMAGE_ATOMICS, Limits};
+pub use adapter::{Adapter, Check, DeviceInfo, DeviceKind, Features, IMAGE_ATOMICS};
 pub use ash::vk;
 pub use buffer::{Buffer, BufferDesc, BufferUsage};
 pub use debug::Messages;
@@ -37,6 +38,7 @@ pub use error::Error;
 pub use fault::Faults;
 pub use image::{Image, ImageDesc, ImageKind, ImageUsage};
 pub use instance::{Instance, InstanceOptions};
+pub use limits::{Limits, NEEDED, Needed};
 pub use memory::Owner;
 #[cfg(feature = "view")]
 #[doc(hidden)]

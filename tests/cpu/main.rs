@@ -13,6 +13,7 @@ mod flip;
 mod gltf;
 mod graph;
 mod layers;
+mod limits;
 mod lpv;
 mod lpv_leaves;
 mod lpv_lobes;

@@ -354,6 +354,46 @@ fn a_missing_feature_is_refused_where_it_is_needed() {
     assert!(refused.contains(&(1, "geometryShader")), "{refused:?}");
 }
 
+/// With no more than every device of Vulkan 1.3 allows, small scenes are as they are, and what is too
+/// large says what it may be.
+#[test]
+fn the_least_limits_of_vulkan_suffice() {
+    let of_limits = |least_limits: bool| {
+        own_gpu(&GpuOptions {
+            faults: Faults {
+                least_limits,
+                ..Faults::default()
+            },
+            ..GpuOptions::default()
+        })
+    };
+    let [own, least] = [false, true].map(of_limits);
+    assert_eq!(least.limits().extent_3d, 256);
+    let scene = room();
+    for case in TECHNIQUES.iter().copied().map(default_case) {
+        let settings = case.settings(&[("resolution", case.smallest_resolution())]);
+        let [picture, expected] = [&least, &own].map(|gpu| {
+            let made = Renderer::new(gpu, &scene, case.entry, &settings, frame(16, 8, 32));
+            let (mut renderer, _) = made?;
+            renderer.render(&scene.camera)?;
+            renderer.aov(Aov::Full)
+        });
+        // Rows of its leaves are 2048 texels, of images of three dimensions.
+        if case.entry.name == "lpv-octree" {
+            let error = picture.unwrap_err();
+            assert!(matches!(error, Error::ImageTooLarge { .. }), "{error}");
+            continue;
+        }
+        assert_eq!(picture.unwrap(), expected.unwrap(), "{}", case.name());
+    }
+    let case = default_case(find("voxel-mips").unwrap());
+    let settings = case.settings(&[("resolution", "512"), ("gather", "cones")]);
+    let made = Renderer::new(&least, &scene, case.entry, &settings, frame(16, 8, 32));
+    let error = made.err().unwrap().to_string();
+    let told = ["512x512x512", "256x256x256"].map(|size| error.contains(size));
+    assert_eq!(told, [true; 2], "{error}");
+}
+
 /// Averages that run need atomics in images; sums do without.
 #[test]
 fn running_averages_are_refused_without_atomics() {
