@@ -10,7 +10,7 @@ use super::pass::{Binding, Pass};
 use super::plan::{Span, Use};
 use super::sets::{MaterialSets, SceneSet};
 use super::{Access, Sets};
-use crate::vulkan::{AccelerationStructure, Buffer, Image, ImageRegion};
+use crate::vulkan::{AccelerationStructure, Buffer, Image, ImageRegion, Loops};
 
 /// So many bytes may be in commands (the limit of `vkCmdUpdateBuffer`).
 pub(super) const SET_BYTES: usize = 1 << 16;
@@ -215,6 +215,13 @@ impl Frame {
     pub fn set_scene(&mut self, scene: &Arc<SceneSet>, materials: &MaterialSets) {
         self.scene = Some(Arc::clone(scene));
         self.materials = Some(Arc::clone(materials));
+    }
+
+    /// How loops run on the device of the scene that was set.
+    pub fn loops(&self) -> Loops {
+        self.scene
+            .as_ref()
+            .map_or(Loops::LLVMPIPE, |scene| scene.loops())
     }
 
     /// The compute passes that `add` adds run only if the buffer's first word is not 0 by then.

@@ -12,7 +12,7 @@ use super::{Access, plan::Barrier};
 use crate::vulkan::{
     AccelerationStructure, Adapter, Buffer, BufferDesc, Device, DeviceChoice, DeviceInfo,
     DeviceKind, Error, Faults, Features, Image, ImageDesc, Instance, InstanceOptions, Limits,
-    Messages, Owner, RAY_QUERY, StructureDesc, StructureKind,
+    Loops, Messages, Owner, RAY_QUERY, StructureDesc, StructureKind,
 };
 
 /// How to open a [`Gpu`].
@@ -352,6 +352,11 @@ impl Gpu {
     /// The limits of the device.
     pub fn limits(&self) -> &Limits {
         &self.device.adapter().limits
+    }
+
+    /// How loops of shaders run on the device.
+    pub fn loops(&self) -> Loops {
+        self.device.adapter().loops
     }
 
     /// Name, driver and version of the device.

@@ -66,5 +66,6 @@ pub use stats::{FrameStats, HostWork, PassTime, PassTimes, Spread, TimesAccumula
 
 pub use crate::vulkan::{
     AccelerationStructure, Buffer, BufferDesc, BufferUsage, DeviceChoice, DeviceInfo, DeviceKind,
-    Error, Faults, Features, Image, ImageDesc, ImageKind, ImageUsage, Limits, Messages, Owner, vk,
+    Error, Faults, Features, Image, ImageDesc, ImageKind, ImageUsage, Limits, Loops, Messages,
+    Owner, vk,
 };

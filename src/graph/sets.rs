@@ -7,7 +7,8 @@ use ash::vk;
 use super::Access;
 use super::pass::Pass;
 use crate::vulkan::{
-    Buffer, Descriptor, DescriptorPool, Device, Error, Image, Sampler, SamplerDesc, SetLayout,
+    Buffer, Descriptor, DescriptorPool, Device, Error, Image, Loops, Sampler, SamplerDesc,
+    SetLayout,
 };
 
 /// The buffers of set 0.
@@ -47,6 +48,7 @@ pub struct SceneSet {
     pub(super) has: [bool; 2],
     /// The frame constants.
     frame_uniform: Arc<Buffer>,
+    loops: Loops,
     _sky: Arc<Image>,
     _shared: Arc<SharedSets>,
     _pool: DescriptorPool,
@@ -162,10 +164,16 @@ impl SceneSet {
             storage,
             has: [sky.extent(0) != [1; 3], bindings.has_cascades],
             frame_uniform: Arc::clone(&bindings.frame_uniform),
+            loops: device.adapter().loops,
             _sky: Arc::clone(sky),
             _shared: Arc::clone(shared),
             _pool: pool,
         }))
+    }
+
+    /// How loops run on its device.
+    pub fn loops(&self) -> Loops {
+        self.loops
     }
 
     /// The buffers that a pass reads which uses the set, and how.

@@ -4,6 +4,7 @@ use std::ffi::CStr;
 
 use ash::vk;
 
+use super::driver::Loops;
 use super::fault::Faults;
 use super::limits::{Limits, NEEDED};
 use super::structure::RAY_QUERY;
@@ -109,6 +110,8 @@ pub struct Adapter {
     pub features: Features,
     /// The sizes and counts that it allows at most.
     pub limits: Limits,
+    /// How loops of shaders run on it.
+    pub loops: Loops,
     pub(super) raw: vk::PhysicalDevice,
     pub(super) queue_family: Option<u32>,
     /// Whether its driver is one over another interface, which leaves out a part of Vulkan that
@@ -163,6 +166,7 @@ impl Adapter {
                 timestamp_bits: timestamp_bits.unwrap_or(0),
                 ..Limits::new(&base.limits, &memory)
             },
+            loops: Loops::WATCHED,
             raw,
             queue_family,
             is_layered: has_extension(instance, raw, vk::KHR_PORTABILITY_SUBSET_NAME),
@@ -222,6 +226,7 @@ impl Adapter {
         )
         .trim()
         .to_owned();
+        self.loops = Loops::of(v12.driver_id);
         self.limits.allocation_bytes = maintenance3.max_memory_allocation_size;
         let operations = vk::SubgroupFeatureFlags::ARITHMETIC | vk::SubgroupFeatureFlags::BALLOT;
         self.features.subgroup_size = v11.subgroup_size;

@@ -184,9 +184,10 @@ mod tests {
             loss: Some((4, 2)),
             present: Some(surface),
             absent: vec!["geometryShader".into()],
+            least_limits: true,
         };
         assert_eq!(
-            "allocation=3 loss=4:2 surface-lost=2 absent=geometryShader".parse(),
+            "allocation=3 loss=4:2 surface-lost=2 absent=geometryShader limits=least".parse(),
             Ok(faults)
         );
         assert_eq!("".parse(), Ok(Faults::default()));

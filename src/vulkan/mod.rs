@@ -11,6 +11,7 @@ mod command;
 mod debug;
 mod descriptor;
 mod device;
+mod driver;
 mod error;
 mod fault;
 mod image;
@@ -33,6 +34,7 @@ pub use ash::vk;
 pub use buffer::{Buffer, BufferDesc, BufferUsage};
 pub use debug::Messages;
 pub use device::{Device, DeviceChoice};
+pub use driver::Loops;
 pub use error::Error;
 #[doc(hidden)]
 pub use fault::Faults;

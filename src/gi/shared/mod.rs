@@ -3,7 +3,6 @@
 pub mod bounces;
 pub mod cone;
 pub mod interleave;
-pub(in crate::gi) mod loops;
 pub mod paths;
 pub mod screen;
 pub mod sh;

@@ -25,7 +25,6 @@ use crate::gi::entry::{Directions, Entry, Stage};
 use crate::gi::inspect::ViewRow;
 use crate::gi::shared::bounces::LightBounces;
 use crate::gi::shared::interleave::{self, Pattern};
-use crate::gi::shared::loops::LOOP_BUDGET;
 use crate::gi::shared::paths::{self, Mirrors, PathScene, parts_of_rays};
 use crate::gi::{Change, Context, Inputs, Inspect, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image, PassBuilder};
@@ -203,7 +202,7 @@ impl LightFieldProbes {
             scene.lights.len() as u32
         };
         let unknown = TURNS_A_RAY * (1 + lights);
-        let most = (LOOP_BUDGET / (PROBES_A_RAY * 4 * self.texels + unknown)).max(1);
+        let most = (scene.set.loops().budget / (PROBES_A_RAY * 4 * self.texels + unknown)).max(1);
         parts_of_rays(count, most)
     }
 

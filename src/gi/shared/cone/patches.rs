@@ -289,7 +289,7 @@ impl ConeTracer {
         result: &Arc<Image>,
     ) {
         let s = &self.settings;
-        for [first_patch, end_patch] in s.dispatches(volume, patches.count) {
+        for [first_patch, end_patch] in s.dispatches(frame.loops(), volume, patches.count) {
             let params = PatchParams {
                 grid: volume.grid.row(),
                 march: s.march(volume),

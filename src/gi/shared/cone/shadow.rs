@@ -58,7 +58,7 @@ impl ConeTracer {
         };
         let s = &self.settings;
         let specular = gbuffer.specular.as_ref().unwrap_or(&gbuffer.albedo);
-        let mut dispatches = s.dispatches(volume, scene.lights.len() as u32);
+        let mut dispatches = s.dispatches(frame.loops(), volume, scene.lights.len() as u32);
         if dispatches.is_empty() {
             // Without lights, the picture is black.
             dispatches.push([0, 0]);

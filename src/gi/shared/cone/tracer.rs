@@ -8,11 +8,10 @@ use super::sets::{ConeSet, cone_set, diffuse_set};
 use super::volume::{ConeOutput, FaceWeights, March, Volume};
 use crate::gi::Settings;
 use crate::gi::shared::interleave::Pattern;
-use crate::gi::shared::loops::{LOOP_BUDGET, VECTOR_LANES};
 use crate::gi::shared::voxel::{Directionality, LightBounces, VoxelGrid, VoxelRecords};
 use crate::gpu_struct;
 use crate::graph::compute::linear_groups;
-use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Owner};
+use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Loops, Owner};
 use crate::render::{GBuffer, GpuScene, Receivers, screen_groups, screen_image, storage};
 
 gpu_struct! {
@@ -189,14 +188,15 @@ impl ConeTracer {
             (settings.count("resolution"), settings.number("step_factor"));
         // A sample that is taken costs a turn of two loops.
         let turns = 2 + face_turns(Directionality::new(settings));
-        if turns * longest_march(resolution, step_factor) > LOOP_BUDGET {
+        let most = turns * longest_march(resolution, step_factor);
+        if gpu.loops().limit.is_some_and(|limit| most > limit) {
             let what = format!(
                 "step_factor {step_factor} at resolution {resolution} (take larger steps or fewer \
                  voxels)"
             );
             return Err(Error::FeatureMissing {
                 what,
-                feature: "more than 65,535 turns of a shader's loops",
+                feature: "as many turns of a shader's loops",
             });
         }
         let aperture_scale = settings.number("aperture_scale");
@@ -283,7 +283,7 @@ impl ConeTracer {
             ..self.settings
         };
         let march = March::new(set.is_narrow, ConeOutput::Light, settings.face_weights);
-        for params in gather_params(&settings, set, volume) {
+        for params in gather_params(frame.loops(), &settings, set, volume) {
             let params = ConeParams {
                 is_occlusion: 1,
                 ..params
@@ -307,7 +307,7 @@ impl ConeTracer {
         output: ConeOutput,
     ) {
         let march = March::new(self.skips_empty, output, self.settings.face_weights);
-        for params in gather_params(&self.settings, &self.set, volume) {
+        for params in gather_params(frame.loops(), &self.settings, &self.set, volume) {
             volume
                 .pass(frame, &volume.passes.gather, march)
                 .bind("view_depth", receivers.view_depth)
@@ -332,7 +332,7 @@ impl ConeTracer {
         let (s, grid) = (&self.settings, volume.grid);
         let march = March::new(self.skips_empty, ConeOutput::Light, s.face_weights);
         let first_voxel = ((voxels.grid.origin - grid.origin) / voxels.grid.voxel_size).round();
-        for [first_cone, end_cone] in s.dispatches(volume, set.count) {
+        for [first_cone, end_cone] in s.dispatches(frame.loops(), volume, set.count) {
             let params = BounceConeParams {
                 first_voxel: first_voxel.extend(0.0).to_array(),
                 march: s.march(volume),
@@ -431,13 +431,13 @@ impl ConeTracer {
 
 impl ConeSettings {
     /// First cone, and one beyond the last, of as many dispatches as keep the loops of one thread's
-    /// cones within `LOOP_BUDGET`.
-    pub(super) fn dispatches(&self, volume: Volume<'_>, count: u32) -> Vec<[u32; 2]> {
+    /// cones within their budget.
+    pub(super) fn dispatches(&self, loops: Loops, volume: Volume<'_>, count: u32) -> Vec<[u32; 2]> {
         // A sample that is taken costs a turn of both loops; one that is skipped costs a turn of
         // the inner one, which at worst no two lanes of a vector take together.
-        let turns = 2 + VECTOR_LANES + face_turns(volume.directionality);
+        let turns = 2 + loops.lanes + face_turns(volume.directionality);
         let cones_a_dispatch =
-            (LOOP_BUDGET / (turns * longest_march(volume.voxels_across, self.step_factor))).max(1);
+            (loops.budget / (turns * longest_march(volume.voxels_across, self.step_factor))).max(1);
         (0..count)
             .step_by(cones_a_dispatch as usize)
             .map(|first| [first, (first + cones_a_dispatch).min(count)])
@@ -456,6 +456,7 @@ impl ConeSettings {
 
 /// What `cone.gather` and `cone.occlusion` are told, dispatch by dispatch.
 fn gather_params(
+    loops: Loops,
     s: &ConeSettings,
     set: &DeviceSet,
     volume: Volume<'_>,
@@ -474,5 +475,6 @@ fn gather_params(
         is_occlusion: 0,
         face_stride,
     };
-    s.dispatches(volume, set.count).into_iter().map(params)
+    let dispatches = s.dispatches(loops, volume, set.count);
+    dispatches.into_iter().map(params)
 }

@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use super::tracer::face_turns;
 use super::volume::{ConeOutput, FaceWeights, March, Volume};
-use crate::gi::shared::loops::{LOOP_BUDGET, VECTOR_LANES};
 use crate::gpu_struct;
 use crate::graph::{Access, Binding, Frame, Image};
 use crate::render::screen_groups;
@@ -60,8 +59,9 @@ impl VoxelVolume<'_> {
         let volume = &self.volume;
         // A cell costs a turn of the march, and a turn a level of the loops that look for its
         // texel.
-        let turns = 2 + VECTOR_LANES + self.levels + face_turns(volume.directionality);
-        let stretch = (LOOP_BUDGET / (3 * turns)) as f32 * 2f32.powi(level as i32);
+        let loops = frame.loops();
+        let turns = 2 + loops.lanes + self.levels + face_turns(volume.directionality);
+        let stretch = (loops.budget / (3 * turns)) as f32 * 2f32.powi(level as i32);
         let weights = FaceWeights::Extinction;
         let [width, height, _] = seen.extent(0);
         let mut begin_distance = 0.0;

@@ -7,7 +7,6 @@ mod mirror;
 pub use cache::{CACHE_BINDINGS, Cache};
 pub use mirror::{MIRROR_BINDINGS, Mirrors};
 
-use super::loops::LOOP_BUDGET;
 use crate::gi::settings::{Domain, Setting};
 use crate::gi::{Inputs, MapNeeds, Needs};
 use crate::graph::pass::join;
@@ -148,5 +147,5 @@ pub fn paths_a_thread(scene: &GpuScene, bounces: u32, uses_maps: bool) -> u32 {
         scene.lights.len() as u32
     };
     let rays = bounces * (1 + lights + u32::from(scene.is_emissive));
-    (LOOP_BUDGET / (TURNS_A_RAY * rays)).max(1)
+    (scene.set.loops().budget / (TURNS_A_RAY * rays)).max(1)
 }

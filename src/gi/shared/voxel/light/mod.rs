@@ -13,7 +13,6 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use crate::gi::shared::loops::LOOP_BUDGET;
 use crate::gi::shared::voxel::build::buffer;
 use crate::gi::shared::voxel::light::settings::{Attenuation, Injection, LightSettings, Viewer};
 use crate::gi::shared::voxel::{Lattice, LightBounces, VoxelBox, VoxelGrid, Voxels};
@@ -155,7 +154,7 @@ impl VoxelLight {
             bounces,
             ..
         } = settings;
-        require_turns(scene, voxels, settings)?;
+        require_turns(gpu, scene, voxels, settings)?;
         let capacity = voxels.capacity();
         let count = sides as u64 * u64::from(capacity);
         let irradiance = bounces
@@ -185,7 +184,7 @@ impl VoxelLight {
             is_given: false,
             counters: buffer(gpu, "voxel.light_counters", COUNTERS_BYTES)?,
             flux_unit: flux_unit(scene),
-            points: points_a_light(scene),
+            points: points_a_light(gpu, scene),
             scene_resolution: scene_resolution(scene, voxels.grid.voxel_size),
         })
     }
@@ -440,26 +439,31 @@ impl VoxelLight {
 
 /// Points of a voxel's surface for each light: fewer where there are many lights. 0 where there are
 /// more than a shader's loops have turns for.
-fn points_a_light(scene: &GpuScene) -> u32 {
+fn points_a_light(gpu: &Gpu, scene: &GpuScene) -> u32 {
     let light_count = scene.lights.len().max(1) as u32;
-    (LOOP_BUDGET / TURNS_A_POINT / light_count).min(MOST_POINTS)
+    (gpu.loops().budget / TURNS_A_POINT / light_count).min(MOST_POINTS)
 }
 
 /// Fails where rays to the lights need more turns of a shader's loops than there are.
-fn require_turns(scene: &GpuScene, voxels: &Voxels, settings: LightSettings) -> Result<(), Error> {
+fn require_turns(
+    gpu: &Gpu,
+    scene: &GpuScene,
+    voxels: &Voxels,
+    settings: LightSettings,
+) -> Result<(), Error> {
     let (light_count, resolution) = (scene.lights.len(), voxels.grid.resolution);
     let turns = settings.sides as u64 * light_count as u64 * u64::from(3 * resolution + 1);
-    let what = if settings.meets_triangles() && points_a_light(scene) == 0 {
-        let most = LOOP_BUDGET / TURNS_A_POINT;
+    let what = if settings.meets_triangles() && points_a_light(gpu, scene) == 0 {
+        let most = gpu.loops().budget / TURNS_A_POINT;
         format!("rays from voxels towards {light_count} lights (at most {most})")
-    } else if settings.traces() && turns > u64::from(LOOP_BUDGET) {
+    } else if settings.traces() && gpu.loops().limit.is_some_and(|limit| turns > limit.into()) {
         format!("voxel_occlusion by rays towards {light_count} lights at resolution {resolution}")
     } else {
         return Ok(());
     };
     Err(Error::FeatureMissing {
         what,
-        feature: "more than 65,535 turns of a shader's loops",
+        feature: "as many turns of a shader's loops",
     })
 }
 

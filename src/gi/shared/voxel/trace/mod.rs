@@ -14,11 +14,10 @@ pub use settings::{RAY_SETTINGS, RaySettings, more_rays};
 pub use space::{Space, SpacePasses};
 
 use super::VoxelRecords;
-use crate::gi::shared::loops::LOOP_BUDGET;
 use crate::gpu_struct;
 use crate::graph::compute::linear_groups;
 use crate::graph::pass::join;
-use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Pass, Sets, Shaders};
+use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Loops, Pass, Sets, Shaders};
 use crate::render::bvh::{self, SceneRays, TURNS_A_RAY};
 use crate::render::{GpuScene, Receivers};
 use crate::shader::GpuStruct;
@@ -139,8 +138,9 @@ impl RayTracer {
     ) {
         let s = &self.settings;
         let triangles = triangles.filter(|_| s.meets_triangles);
-        let turns = space.turns() + triangles.map_or(0, |_| TURNS_A_RAY);
-        for rays in dispatches(s.count, turns) {
+        let loops = frame.loops();
+        let turns = space.turns(loops) + triangles.map_or(0, |_| TURNS_A_RAY);
+        for rays in dispatches(loops, s.count, turns) {
             let pass = match triangles {
                 Some(triangles) => {
                     triangles.bind(space.pass(frame, &space.passes.gather_triangles))
@@ -169,8 +169,9 @@ impl RayTracer {
         triangles: Option<&SceneRays>,
         points: &EmitterPoints,
     ) {
-        let turns = triangles.map_or(space.turns(), |_| TURNS_A_RAY);
-        for rays in dispatches(self.settings.count, turns + emitters::TURNS) {
+        let loops = frame.loops();
+        let turns = triangles.map_or(space.turns(loops), |_| TURNS_A_RAY);
+        for rays in dispatches(loops, self.settings.count, turns + emitters::TURNS) {
             let pass = match triangles {
                 Some(triangles) => triangles.bind(frame.pass(&GATHER_EMITTERS_BY_TRIANGLES)),
                 None => space.pass(frame, &space.passes.gather_emitters),
@@ -192,7 +193,8 @@ impl RayTracer {
         space: &Space<'_>,
         irradiance: &Arc<Buffer>,
     ) {
-        for rays in dispatches(self.bounce_directions, space.turns()) {
+        let loops = frame.loops();
+        for rays in dispatches(loops, self.bounce_directions, space.turns(loops)) {
             space
                 .pass(frame, &space.passes.bounce_rays)
                 .bind("gathering_voxels", &voxels.records)
@@ -214,7 +216,12 @@ impl RayTracer {
         irradiance: &Arc<Buffer>,
         points: &EmitterPoints,
     ) {
-        for rays in dispatches(self.bounce_directions, space.turns() + emitters::TURNS) {
+        let loops = frame.loops();
+        for rays in dispatches(
+            loops,
+            self.bounce_directions,
+            space.turns(loops) + emitters::TURNS,
+        ) {
             space
                 .pass(frame, &space.passes.bounce_emitters)
                 .bind("emitter_parts", &points.parts)
@@ -275,10 +282,10 @@ impl RayTracer {
     }
 }
 
-/// First ray, and one beyond the last, of as many dispatches as keep a thread's loops within
-/// `LOOP_BUDGET`.
-fn dispatches(count: u32, turns: u32) -> impl Iterator<Item = [u32; 2]> {
-    let most = (LOOP_BUDGET / turns).max(1);
+/// First ray, and one beyond the last, of as many dispatches as keep a thread's loops within their
+/// budget.
+fn dispatches(loops: Loops, count: u32, turns: u32) -> impl Iterator<Item = [u32; 2]> {
+    let most = (loops.budget / turns).max(1);
     (0..count)
         .step_by(most as usize)
         .map(move |first| [first, (first + most).min(count)])

@@ -2,13 +2,12 @@
 
 use super::emitters;
 use super::{BOUNCE, BounceRayParams, PIXEL, RayParams};
-use crate::gi::shared::loops::VECTOR_LANES;
 use crate::gi::shared::voxel::{Sides, VoxelGrid};
 use crate::gi::{CAST, CastRays};
 use crate::gpu_struct;
 use crate::graph::compute::linear_groups;
 use crate::graph::pass::join;
-use crate::graph::{Access, Binding, Bound, Frame, Pass, PassBuilder, Sets, Shaders};
+use crate::graph::{Access, Binding, Bound, Frame, Loops, Pass, PassBuilder, Sets, Shaders};
 use crate::render::bvh;
 use crate::shader::{GpuStruct, StructLayout};
 
@@ -274,8 +273,8 @@ impl Space<'_> {
     /// Turns of a shader's loops that a ray is trusted to stay below. Empty cells have a loop of
     /// their own, which turns until the last lane has come to a surface: in the worst case for one
     /// lane after the other. The loop around it turns once a surface.
-    pub(super) fn turns(&self) -> u32 {
-        (VECTOR_LANES + 1) * self.cells
+    pub(super) fn turns(&self, loops: Loops) -> u32 {
+        (loops.lanes + 1) * self.cells
     }
 
     /// Adds [`SpacePasses::cast`].
