@@ -1,5 +1,7 @@
 //! The frame, top to bottom.
 
+use std::sync::Arc;
+
 use glam::{Vec2, Vec3, Vec4};
 
 use crate::gi::entry::{Entry, Part, Stage, Suited};
@@ -7,7 +9,7 @@ use crate::gi::inspect::{Beam, BeamAxis, BeamStart, Channels, Energy, LightSlots
 use crate::gi::registry;
 use crate::gi::shared::screen::{self, Screen};
 use crate::gi::{Change, Context, IndirectLight, Inputs, MapNeeds, Settings, Technique};
-use crate::graph::{Error, Frame, FrameStats, Gpu};
+use crate::graph::{Error, Frame, FrameStats, Gpu, Handover, HostCommands, Recorded};
 use crate::image::{Aov, Image, IndirectImage};
 use crate::render::{
     Follows, GBuffer, GpuScene, KEEP_POSE, LightCascades, LightMaps, MapChannel, Output, SET_POSE,
@@ -304,8 +306,8 @@ impl<'g> Renderer<'g> {
     pub fn render_ahead(&mut self, camera: &Camera) -> Result<FrameStats, Error> {
         (self.all_maps_mut()).for_each(LightMaps::forget);
         self.is_still = false;
-        let ahead = |gpu: &Gpu, frame| gpu.submit_ahead(frame).map(|()| FrameStats::default());
-        self.draw(camera, ahead)
+        let ahead = |gpu: &Gpu, frame| gpu.submit_ahead(frame);
+        self.draw(camera, ahead).map(|(stats, ())| stats)
     }
 
     /// As [`Renderer::render`], with what still holds of the frame before: light maps, and the
@@ -313,14 +315,38 @@ impl<'g> Renderer<'g> {
     /// moved that it sees, or if it is a cascade that has moved with the camera; the store is lit
     /// again if anything but the camera has changed. The same picture in less time.
     pub fn render_again(&mut self, camera: &Camera) -> Result<FrameStats, Error> {
-        self.draw(camera, Gpu::submit)
+        let (mut stats, own) = self.draw(camera, Gpu::submit)?;
+        stats.append(own);
+        Ok(stats)
     }
 
-    fn draw(
+    /// As [`Renderer::render`], recorded into a command buffer of another program, and copied to an
+    /// image of its, in that image's size and format: radiance [W/(m² sr)]. What [`Gpu::record`]
+    /// says of commands and of what is returned holds here. Where the host asks how much there is
+    /// of something, as in a store that moves with the camera, that is submitted and waited for.
+    pub fn record(
         &mut self,
         camera: &Camera,
-        submit: impl FnOnce(&Gpu, Frame) -> Result<FrameStats, Error>,
-    ) -> Result<FrameStats, Error> {
+        commands: &HostCommands,
+        target: &Handover,
+    ) -> Result<Recorded, Error> {
+        (self.all_maps_mut()).for_each(LightMaps::forget);
+        self.is_still = false;
+        let radiance = Arc::clone(&self.output.radiance);
+        let record = |gpu: &Gpu, mut frame: Frame| {
+            frame.blit("frame.hand_over", &radiance, &target.image);
+            gpu.record(frame, commands, std::slice::from_ref(target))
+        };
+        self.draw(camera, record).map(|(_, recorded)| recorded)
+    }
+
+    /// Draws, and gives the frame away; what the frame does for whoever takes it comes back, beside
+    /// the cost of what had to be waited for before.
+    fn draw<T>(
+        &mut self,
+        camera: &Camera,
+        submit: impl FnOnce(&Gpu, Frame) -> Result<T, Error>,
+    ) -> Result<(FrameStats, T), Error> {
         let before = self.gpu.host_work();
         if !self.is_whole {
             self.cut();
@@ -371,13 +397,13 @@ impl<'g> Renderer<'g> {
         self.output
             .draw_composite(&mut frame, &self.gbuffer, &light);
         self.light = Some(light);
-        stats.append(submit(self.gpu, frame)?);
+        let taken = submit(self.gpu, frame)?;
         self.gbuffer.keep_frame(&seen_with);
         self.screen.keep_frame(&seen_with);
         (self.all_maps_mut()).for_each(LightMaps::keep);
         stats.host = self.gpu.host_work().since(before);
         (self.is_whole, self.is_still) = (true, true);
-        Ok(stats)
+        Ok((stats, taken))
     }
 
     /// One of the last frame's images.

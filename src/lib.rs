@@ -71,6 +71,9 @@
 //! # }
 //! ```
 //!
+//! A program that has a device, an image and a command buffer already has its frames drawn there:
+//! [`vulkan::Device::from_ash`], [`graph::Gpu::on`] and [`frame::Renderer::record`].
+//!
 //! # The modules
 //!
 //! Each uses only those above it; [`mod@reference`], [`mod@image`] and [`metrics`] stand apart and

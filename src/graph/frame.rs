@@ -169,6 +169,8 @@ pub(super) enum Work {
     Set(Arc<Buffer>, Vec<u8>),
     Clear(Arc<Image>, Range<u32>, ClearValue),
     BlitMip(Arc<Image>, u32),
+    /// The finest mip and first layer of an image to those of another.
+    Blit(Arc<Image>, Arc<Image>),
     CopyBuffer {
         source: (Arc<Buffer>, u64),
         target: (Arc<Buffer>, u64),
@@ -316,6 +318,20 @@ impl Frame {
             ];
             self.push(name.clone(), uses, Work::BlitMip(Arc::clone(image), source));
         }
+    }
+
+    /// Copies the finest mip of an image to another of one layer and mip, in its format and size.
+    pub fn blit(&mut self, name: impl Into<String>, source: &Arc<Image>, target: &Arc<Image>) {
+        let (read, written) = (
+            Resource::Image(Arc::clone(source), 0..1),
+            Resource::Image(Arc::clone(target), 0..1),
+        );
+        let uses = vec![
+            (read.clone(), read.used(Access::TransferRead)),
+            (written.clone(), written.used(Access::TransferWrite)),
+        ];
+        let work = Work::Blit(Arc::clone(source), Arc::clone(target));
+        self.push(name.into(), uses, work);
     }
 
     /// Copies a range of bytes from one buffer to another.

@@ -5,14 +5,14 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::frame::{Frame, Resource, Work};
 use super::journal::JournalFrame;
-use super::runner::Runner;
+use super::runner::{Recorded, Runner};
 use super::sets::{MATERIAL_TEXTURES, MaterialSet, SceneBindings, SceneSet, SharedSets};
 use super::stats::{FrameStats, HostWork};
 use super::{Access, plan::Barrier};
 use crate::vulkan::{
     AccelerationStructure, Adapter, Buffer, BufferDesc, Device, DeviceChoice, DeviceInfo,
-    DeviceKind, Error, Faults, Features, Image, ImageDesc, Instance, InstanceOptions, Limits,
-    Loops, Messages, Owner, RAY_QUERY, StructureDesc, StructureKind,
+    DeviceKind, Error, Faults, Features, Handover, HostCommands, Image, ImageDesc, Instance,
+    InstanceOptions, Limits, Loops, Messages, Owner, RAY_QUERY, StructureDesc, StructureKind,
 };
 
 /// How to open a [`Gpu`].
@@ -85,6 +85,11 @@ impl Gpu {
     pub fn new(options: &GpuOptions) -> Result<Self, Error> {
         let instance = Instance::new(&options.instance())?;
         let device = Device::new(&instance, &options.device, options.cache_dir.as_deref())?;
+        Gpu::on(device, options)
+    }
+
+    /// Works on a device that is open, such as one of another program ([`Device::from_ash`]).
+    pub fn on(device: Arc<Device>, options: &GpuOptions) -> Result<Self, Error> {
         let device_rays = device_rays(device.adapter(), options.device_rays)?;
         let shared = SharedSets::new(&device)?;
         let how = (options.trace_barriers, options.isolate_passes);
@@ -181,6 +186,19 @@ impl Gpu {
             return Ok(());
         }
         self.runner().run_ahead(frame)
+    }
+
+    /// Records a frame, after what waits for one, into a command buffer of another program, and the
+    /// images that are handed over. Nothing is submitted: the program submits the commands to the
+    /// same queue before it calls anything else here, and keeps what is returned until they are
+    /// done.
+    pub fn record(
+        &self,
+        frame: Frame,
+        commands: &HostCommands,
+        handed: &[Handover],
+    ) -> Result<Recorded, Error> {
+        self.runner().record_for_host(frame, commands, handed)
     }
 
     /// Waits for all frames that run, and tells what each has cost that nobody waited for before.
@@ -352,6 +370,11 @@ impl Gpu {
     /// The limits of the device.
     pub fn limits(&self) -> &Limits {
         &self.device.adapter().limits
+    }
+
+    /// The device that it works on.
+    pub fn device(&self) -> &Arc<Device> {
+        &self.device
     }
 
     /// How loops of shaders run on the device.

@@ -250,6 +250,10 @@ impl Issued {
                     Touch::mips(image, target..target + 1, write, target_layout),
                 ]
             }
+            Work::Blit(source, target) => vec![
+                Touch::mips(source, 0..1, read, source_layout),
+                Touch::mips(target, 0..1, write, target_layout),
+            ],
             Work::CopyBuffer { size: 0, .. } => Vec::new(),
             Work::CopyBuffer { source, target, .. } => vec![
                 Touch::buffer(&source.0, read),

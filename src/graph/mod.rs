@@ -60,12 +60,12 @@ pub use journal::{Issued, IssuedBarrier, JournalFrame, Touch};
 pub use pass::{
     Binding, BindingKind, DepthBias, Pass, RasterState, SCENE_CONSTANTS, Sets, Shaders,
 };
-pub use runner::FRAMES_IN_FLIGHT;
+pub use runner::{FRAMES_IN_FLIGHT, Recorded};
 pub use sets::{MATERIAL_TEXTURES, MaterialSet, MaterialSets, SceneBindings, SceneSet};
 pub use stats::{FrameStats, HostWork, PassTime, PassTimes, Spread, TimesAccumulator};
 
 pub use crate::vulkan::{
-    AccelerationStructure, Buffer, BufferDesc, BufferUsage, DeviceChoice, DeviceInfo, DeviceKind,
-    Error, Faults, Features, Image, ImageDesc, ImageKind, ImageUsage, Limits, Loops, Messages,
-    Owner, vk,
+    AccelerationStructure, Buffer, BufferDesc, BufferUsage, Device, DeviceChoice, DeviceInfo,
+    DeviceKind, Error, Faults, Features, Handover, HostCommands, HostDevice, Image, ImageDesc,
+    ImageKind, ImageUsage, Limits, Loops, Messages, Owner, vk,
 };

@@ -194,6 +194,21 @@ impl State {
         }
     }
 
+    /// An image of one mip and layer is in this layout, and nothing is under way with it.
+    pub(super) fn enter(&mut self, image: u64, layout: vk::ImageLayout) {
+        let slot = Slot {
+            layout,
+            ..Slot::default()
+        };
+        self.slots.insert((image, 0, 0), slot);
+    }
+
+    /// The layout that an image of one mip and layer is in.
+    pub(super) fn layout(&self, image: u64) -> vk::ImageLayout {
+        let slot = self.slots.get(&(image, 0, 0));
+        slot.map_or(vk::ImageLayout::UNDEFINED, |slot| slot.layout)
+    }
+
     /// Pass indices mean nothing in the next plan.
     fn retire(&mut self) {
         for slot in self.slots.values_mut() {

@@ -276,7 +276,8 @@ pub(super) struct Recorder<'r> {
     pub(super) device: &'r Arc<Device>,
     pub(super) shared: &'r SharedSets,
     pub(super) commands: &'r Commands,
-    pub(super) timestamps: &'r Timestamps,
+    /// Where it is timed, if it is.
+    pub(super) timestamps: Option<&'r Timestamps>,
     pub(super) pipelines: &'r mut Pipelines,
     /// What is recorded is noted here, where a test asks for it.
     pub(super) notes: Option<&'r mut Vec<Issued>>,
@@ -301,7 +302,6 @@ impl Recorder<'_> {
             }
         }
         let pool = DescriptorPool::new(self.device, layouts.iter().map(|layout| &**layout))?;
-        self.commands.begin()?;
         for ((index, step), barriers) in (0u32..)
             .zip(&frame.steps)
             .zip(barriers)
@@ -315,12 +315,18 @@ impl Recorder<'_> {
             }
             self.commands.begin_label(&step.name);
             self.barriers(step, barriers);
-            self.commands.timestamp(self.timestamps, 2 * index);
+            self.timestamp(2 * index);
             self.step(step, &pool)?;
-            self.commands.timestamp(self.timestamps, 2 * index + 1);
+            self.timestamp(2 * index + 1);
             self.commands.end_label();
         }
         Ok(pool)
+    }
+
+    fn timestamp(&self, index: u32) {
+        if let Some(timestamps) = self.timestamps {
+            self.commands.timestamp(timestamps, index);
+        }
     }
 
     fn barriers(&mut self, step: &Step, barriers: &[Barrier]) {
@@ -389,6 +395,7 @@ impl Recorder<'_> {
             Work::Set(buffer, bytes) => commands.set(buffer, bytes),
             Work::Clear(image, mips, value) => commands.clear(image, mips, value.raw()),
             Work::BlitMip(image, source) => commands.blit_mip(image, *source),
+            Work::Blit(source, target) => commands.blit(source, target),
             Work::CopyBuffer {
                 source,
                 target,

@@ -13,7 +13,7 @@ use super::plan::{Barrier, State, plan};
 use super::record::{Pipelines, Recorder};
 use super::sets::SharedSets;
 use super::stats::{FrameStats, HostWork};
-use crate::vulkan::{Commands, DescriptorPool, Device, Error, Timestamps};
+use crate::vulkan::{Commands, DescriptorPool, Device, Error, Handover, HostCommands, Timestamps};
 
 /// How many frames may run while the next one is recorded.
 pub const FRAMES_IN_FLIGHT: usize = 2;
@@ -48,6 +48,13 @@ struct Slot {
 struct Running {
     slot: Slot,
     frame: Frame,
+    _pool: DescriptorPool,
+}
+
+/// What commands use that another program runs. It has to live until they are done.
+#[must_use = "what the commands use goes with it"]
+pub struct Recorded {
+    _frame: Frame,
     _pool: DescriptorPool,
 }
 
@@ -119,6 +126,50 @@ impl Runner {
         let done = self.begin(frame, |_| true)?;
         self.finished.extend(done);
         Ok(())
+    }
+
+    /// Records a frame, after what waits, into a command buffer of another program, which is to run
+    /// after all that was submitted so far and before all that is submitted from now on.
+    pub(super) fn record_for_host(
+        &mut self,
+        mut frame: Frame,
+        commands: &HostCommands,
+        handed: &[Handover],
+    ) -> Result<Recorded, Error> {
+        for id in self.device.take_retired() {
+            self.state.forget(id);
+        }
+        let waiting = std::mem::take(&mut self.waiting);
+        self.finished
+            .extend((waiting.stats != FrameStats::default()).then_some(waiting.stats));
+        frame.steps.splice(0..0, waiting.steps);
+        self.pipelines.make(&self.device, &self.shared, &frame)?;
+        let HostCommands(commands) = commands;
+        let written = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
+        for Handover { image, before, .. } in handed {
+            commands.hand_over(image, [*before, written]);
+            self.state.enter(image.id(), written);
+        }
+        let (barriers, state) = plan(&frame.uses(), &self.state);
+        self.state = state;
+        let mut recorder = Recorder {
+            device: &self.device,
+            shared: &self.shared,
+            commands,
+            timestamps: None,
+            pipelines: &mut self.pipelines,
+            notes: None,
+            trace: self.trace,
+        };
+        let pool = recorder.record(&frame, &barriers, 0..frame.steps.len())?;
+        for Handover { image, after, .. } in handed {
+            commands.hand_over(image, [self.state.layout(image.id()), *after]);
+            self.state.forget(image.id());
+        }
+        Ok(Recorded {
+            _frame: frame,
+            _pool: pool,
+        })
     }
 
     /// Waits for all frames that run, and tells what each has cost that nobody waited for before.
@@ -291,12 +342,13 @@ impl Runner {
         barriers: &[Vec<Barrier>],
         steps: Range<usize>,
     ) -> Result<DescriptorPool, Error> {
+        slot.commands.begin()?;
         let journal = self.journal.as_mut();
         let mut recorder = Recorder {
             device: &self.device,
             shared: &self.shared,
             commands: &slot.commands,
-            timestamps: &slot.timestamps,
+            timestamps: Some(&slot.timestamps),
             pipelines: &mut self.pipelines,
             notes: journal
                 .and_then(|journal| journal.last_mut())

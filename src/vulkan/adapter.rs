@@ -190,6 +190,17 @@ impl Adapter {
         adapter
     }
 
+    /// Uses this family of queues, and of the optional features these alone.
+    pub(super) fn work_with(&mut self, queue_family: u32, enabled: &Features) {
+        self.queue_family = Some(queue_family);
+        let mut enabled = enabled.clone();
+        let both = self.features.optional().into_iter().zip(enabled.optional());
+        for ((_, present, _), (_, enabled, _)) in both {
+            *present &= *enabled;
+        }
+        self.optional = self.features.checks();
+    }
+
     /// Leaves out what a test wants not to be there.
     fn lose(&mut self, absent: &[String]) {
         let is_absent = |name: &str| absent.iter().any(|absent| absent == name);

@@ -76,6 +76,16 @@ impl Commands {
         Ok(commands)
     }
 
+    /// A command buffer of another program, which has begun it and submits it.
+    pub(super) fn of_host(device: &Arc<Device>, raw: vk::CommandBuffer) -> Self {
+        Commands {
+            pool: vk::CommandPool::null(),
+            raw,
+            fence: vk::Fence::null(),
+            device: Arc::clone(device),
+        }
+    }
+
     /// Starts recording anew; earlier commands are gone.
     pub(crate) fn begin(&self) -> Result<(), Error> {
         let info = vk::CommandBufferBeginInfo::default()
@@ -125,6 +135,28 @@ impl Commands {
             .image_memory_barriers(images);
         // SAFETY: recording into a begun command buffer (as for every method below).
         unsafe { self.device.raw().cmd_pipeline_barrier2(self.raw, &info) };
+    }
+
+    /// Passes an image on, from all commands before to all that follow, from a layout to another.
+    pub(crate) fn hand_over(&self, image: &Image, [before, after]: [vk::ImageLayout; 2]) {
+        let all = vk::PipelineStageFlags2::ALL_COMMANDS;
+        let access = vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE;
+        let range = vk::ImageSubresourceRange::default()
+            .aspect_mask(image.aspect())
+            .level_count(1)
+            .layer_count(1);
+        let barrier = vk::ImageMemoryBarrier2::default()
+            .src_stage_mask(all)
+            .src_access_mask(access)
+            .dst_stage_mask(all)
+            .dst_access_mask(access)
+            .old_layout(before)
+            .new_layout(after)
+            .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .image(image.raw())
+            .subresource_range(range);
+        self.barriers(&[], &[barrier]);
     }
 
     /// A barrier for all memory, which changes no layout.
@@ -397,6 +429,44 @@ impl Commands {
             .dst_image_layout(vk::ImageLayout::TRANSFER_DST_OPTIMAL)
             .regions(&regions)
             .filter(vk::Filter::LINEAR);
+        // SAFETY: as for `clear`.
+        unsafe { self.device.raw().cmd_blit_image2(self.raw, &info) };
+    }
+
+    /// All texels of the finest mip and first layer of an image to those of another, between which
+    /// they are interpolated where sizes differ.
+    pub(crate) fn blit(&self, source: &Image, target: &Image) {
+        let corners = |image: &Image| {
+            let end = image.extent(0).map(|texels| texels as i32);
+            [
+                vk::Offset3D::default(),
+                vk::Offset3D {
+                    x: end[0],
+                    y: end[1],
+                    z: end[2],
+                },
+            ]
+        };
+        let layer = vk::ImageSubresourceLayers::default()
+            .aspect_mask(vk::ImageAspectFlags::COLOR)
+            .layer_count(1);
+        let regions = [vk::ImageBlit2::default()
+            .src_subresource(layer)
+            .src_offsets(corners(source))
+            .dst_subresource(layer)
+            .dst_offsets(corners(target))];
+        let filter = if source.extent(0) == target.extent(0) {
+            vk::Filter::NEAREST
+        } else {
+            vk::Filter::LINEAR
+        };
+        let info = vk::BlitImageInfo2::default()
+            .src_image(source.raw())
+            .src_image_layout(vk::ImageLayout::TRANSFER_SRC_OPTIMAL)
+            .dst_image(target.raw())
+            .dst_image_layout(vk::ImageLayout::TRANSFER_DST_OPTIMAL)
+            .regions(&regions)
+            .filter(filter);
         // SAFETY: as for `clear`.
         unsafe { self.device.raw().cmd_blit_image2(self.raw, &info) };
     }

@@ -46,6 +46,8 @@ pub struct Device {
     retired: Mutex<Vec<u64>>,
     planted: Arc<Planted>,
     pipelines: PipelineCache,
+    /// Whether it goes with this object.
+    is_own: bool,
     instance: Arc<Instance>,
 }
 
@@ -69,12 +71,24 @@ impl Device {
         let raw = open(instance, &adapter, family, presents)?;
         // SAFETY: the device was made with one queue of this family.
         let queue = unsafe { raw.get_device_queue(family, 0) };
+        Self::assemble(instance, adapter, (raw, queue, true), cache_dir)
+    }
+
+    /// Of a device, with its queue; `is_own`: it goes with this object.
+    pub(super) fn assemble(
+        instance: &Arc<Instance>,
+        adapter: Adapter,
+        (raw, queue, is_own): (ash::Device, vk::Queue, bool),
+        cache_dir: Option<&Path>,
+    ) -> Result<Arc<Self>, Error> {
         let planted = Arc::new(Planted::new(instance.faults().clone()));
         let memory = match Memory::new(instance, &raw, &adapter, &planted) {
             Ok(memory) => memory,
             Err(error) => {
-                // SAFETY: nothing was made from the device yet.
-                unsafe { raw.destroy_device(None) };
+                if is_own {
+                    // SAFETY: nothing was made from the device yet.
+                    unsafe { raw.destroy_device(None) };
+                }
                 return Err(error);
             }
         };
@@ -105,6 +119,7 @@ impl Device {
             retired,
             planted,
             pipelines,
+            is_own,
             instance: Arc::clone(instance),
         }))
     }
@@ -232,9 +247,11 @@ impl Drop for Device {
         }
         self.memory.close();
         self.pipelines.close(&self.raw);
-        // SAFETY: every object keeps its device alive, so none is left, and every submission is
-        // waited for where it is made.
-        unsafe { self.raw.destroy_device(None) };
+        if self.is_own {
+            // SAFETY: every object keeps its device alive, so none is left, and every submission
+            // is waited for before what it uses goes.
+            unsafe { self.raw.destroy_device(None) };
+        }
     }
 }
 

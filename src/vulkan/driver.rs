@@ -5,8 +5,8 @@ use ash::vk;
 /// How loops of shaders run on a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Loops {
-    /// Turns after which the driver ends the loops of an invocation, without a word; `None` where it
-    /// never does.
+    /// Turns after which the driver ends the loops of an invocation, without a word; `None` where
+    /// it never does.
     pub limit: Option<u32>,
     /// Turns that an invocation is given in one dispatch, at most: work with more of them is split.
     pub budget: u32,

@@ -132,6 +132,8 @@ pub struct Image {
     frozen: AtomicBool,
     id: u64,
     desc: ImageDesc,
+    /// Whether it goes with this object.
+    is_own: bool,
     device: Arc<Device>,
 }
 
@@ -170,6 +172,7 @@ impl Image {
             frozen,
             id,
             desc: desc.clone(),
+            is_own: true,
             device: Arc::clone(device),
         };
         let allocation = device.memory().allocate(
@@ -189,6 +192,20 @@ impl Image {
         bound.during(&format!("binding memory of the image {}", desc.name))?;
         device.set_name(raw, &desc.name);
         Ok(Arc::new(image))
+    }
+
+    /// An image of another program, which destroys it.
+    pub(super) fn of_host(device: &Arc<Device>, raw: vk::Image, desc: &ImageDesc) -> Arc<Self> {
+        Arc::new(Image {
+            raw,
+            allocation: None,
+            views: Mutex::default(),
+            frozen: AtomicBool::new(false),
+            id: device.new_id(),
+            desc: desc.clone(),
+            is_own: false,
+            device: Arc::clone(device),
+        })
     }
 
     /// What the image was made from.
@@ -325,7 +342,9 @@ impl Drop for Image {
             {
                 self.device.raw().destroy_image_view(*view, None);
             }
-            self.device.raw().destroy_image(self.raw, None);
+            if self.is_own {
+                self.device.raw().destroy_image(self.raw, None);
+            }
         }
         if let Some(allocation) = self.allocation.take() {
             self.device.memory().free(self.id, allocation);

@@ -43,6 +43,8 @@ pub struct Instance {
     checks_accesses: bool,
     poisons: bool,
     faults: Faults,
+    /// Whether it goes with this object.
+    is_own: bool,
     // The loader must stay open for as long as anything above lives.
     entry: ash::Entry,
 }
@@ -76,8 +78,24 @@ impl Instance {
             checks_accesses,
             poisons,
             faults: options.faults.clone(),
+            is_own: true,
             entry,
         }))
+    }
+
+    /// An instance of another program, which destroys it.
+    pub(super) fn of_host(entry: ash::Entry, raw: ash::Instance) -> Arc<Self> {
+        Arc::new(Instance {
+            raw,
+            messenger: None,
+            messages: Messages::default(),
+            debug_utils: false,
+            checks_accesses: false,
+            poisons: false,
+            faults: Faults::default(),
+            is_own: false,
+            entry,
+        })
     }
 
     /// All devices, in the driver's order, usable or not.
@@ -136,8 +154,10 @@ impl Drop for Instance {
         if let Some(messenger) = &self.messenger {
             messenger.destroy();
         }
-        // SAFETY: every device keeps its instance alive, so nothing made from it is left.
-        unsafe { self.raw.destroy_instance(None) };
+        if self.is_own {
+            // SAFETY: every device keeps its instance alive, so nothing made from it is left.
+            unsafe { self.raw.destroy_instance(None) };
+        }
     }
 }
 

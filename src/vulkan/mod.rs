@@ -14,6 +14,7 @@ mod device;
 mod driver;
 mod error;
 mod fault;
+mod host;
 mod image;
 mod instance;
 mod limits;
@@ -38,6 +39,7 @@ pub use driver::Loops;
 pub use error::Error;
 #[doc(hidden)]
 pub use fault::Faults;
+pub use host::{Handover, HostCommands, HostDevice};
 pub use image::{Image, ImageDesc, ImageKind, ImageUsage};
 pub use instance::{Instance, InstanceOptions};
 pub use limits::{Limits, NEEDED, Needed};

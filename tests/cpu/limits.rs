@@ -5,8 +5,8 @@ use lumivox::graph::pass::{BindingKind, Shaders};
 use lumivox::shader;
 use lumivox::vulkan::NEEDED;
 
-/// Storage buffers and sampled images of the sets that all passes share: seven of a scene, and a sky
-/// with the five textures of a material.
+/// Storage buffers and sampled images of the sets that all passes share: seven of a scene, and a
+/// sky with the five textures of a material.
 const SHARED: [usize; 2] = [7, 6];
 
 /// The workgroup of a module, from its execution modes; of a size that the host chooses, nothing.

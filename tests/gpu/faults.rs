@@ -354,7 +354,7 @@ fn a_missing_feature_is_refused_where_it_is_needed() {
     assert!(refused.contains(&(1, "geometryShader")), "{refused:?}");
 }
 
-/// With no more than every device of Vulkan 1.3 allows, small scenes are as they are, and what is too
+/// With no more than every device of Vulkan 1.3 allows, small scenes are as they are. What is too
 /// large says what it may be.
 #[test]
 fn the_least_limits_of_vulkan_suffice() {

@@ -14,6 +14,7 @@ mod clipmap_walk;
 mod dynamic;
 mod dynamic_pictures;
 mod dynamic_volume;
+mod embed;
 mod emitters;
 #[cfg(feature = "measure")]
 mod explain;
