@@ -183,6 +183,7 @@ impl Painter {
                 index,
                 is_suboptimal,
             } => (index, is_suboptimal),
+            Acquired::NotYet => return Ok(Shown::Nothing),
             Acquired::OutOfDate => {
                 self.is_stale = true;
                 return Ok(Shown::Nothing);

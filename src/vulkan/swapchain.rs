@@ -31,9 +31,14 @@ pub(super) struct SwapImage {
 pub(super) enum Acquired {
     /// This one; it may no longer fit the window perfectly.
     Image { index: u32, is_suboptimal: bool },
+    /// None within [`PATIENCE_NS`].
+    NotYet,
     /// None: the swapchain has to be made again.
     OutOfDate,
 }
+
+/// So long the next image is waited for (ns): a window has to answer meanwhile.
+const PATIENCE_NS: u64 = 200_000_000;
 
 impl Swapchain {
     /// For a window of the size `wanted` (px); `None` where it has no area, as when minimised.
@@ -147,17 +152,19 @@ impl Swapchain {
         self.images.get(index as usize).copied()
     }
 
-    /// Waits for the next image; `acquired` is signalled when it can be drawn into.
+    /// Waits for the next image, but not for ever: a window that nobody sees may have none.
+    /// `acquired` is signalled when the image can be drawn into.
     pub(super) fn acquire(&self, acquired: vk::Semaphore) -> Result<Acquired, Error> {
         // SAFETY: the semaphore is not signalled: the frame that waited for it has finished.
         match unsafe {
             self.loader
-                .acquire_next_image(self.raw, u64::MAX, acquired, vk::Fence::null())
+                .acquire_next_image(self.raw, PATIENCE_NS, acquired, vk::Fence::null())
         } {
             Ok((index, is_suboptimal)) => Ok(Acquired::Image {
                 index,
                 is_suboptimal,
             }),
+            Err(vk::Result::TIMEOUT | vk::Result::NOT_READY) => Ok(Acquired::NotYet),
             Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => Ok(Acquired::OutOfDate),
             Err(result) => Err(result).during("asking for the window's next image"),
         }
