@@ -4,6 +4,7 @@
 //! is Lumivox with that technique.
 
 mod bench;
+mod capture;
 mod chart;
 mod common;
 mod compare;

@@ -6,7 +6,7 @@ use crate::frame::Renderer;
 use crate::gi::entry::Entry;
 use crate::gi::inspect::ViewRow;
 use crate::gi::settings::Settings;
-use crate::graph::{FrameStats, Gpu, GpuOptions, PassTimes, TimesAccumulator};
+use crate::graph::{Error, FrameStats, Gpu, GpuOptions, PassTimes, TimesAccumulator};
 use crate::image::{Aov, GuideImage, Image, read_aov};
 use crate::measure::chart::{BounceSetting, bounces_text};
 use crate::measure::report::{EnergyRow, ErrorReport, Report, Timing, shadow_changes};
@@ -17,6 +17,7 @@ use crate::scene::Scene;
 use crate::text::short;
 
 use super::CliError;
+use super::capture::Capture;
 use super::common::{DeviceArgs, SceneArgs, TechniqueArgs, TimingArgs, say, while_shown};
 use super::files::Files;
 use super::frame::FrameArgs;
@@ -57,6 +58,9 @@ pub(crate) struct Args {
     /// failure.
     #[arg(long)]
     validate: bool,
+    /// Let RenderDoc capture the last frame. It has to be installed.
+    #[arg(long, value_name = "FILE.rdc")]
+    capture: Option<PathBuf>,
     /// Print every barrier of every frame, with the two passes and the hazard that it is for.
     #[arg(long)]
     trace_barriers: bool,
@@ -83,11 +87,18 @@ impl Args {
         let validate = options.validate || self.validate;
         Gpu::new(&GpuOptions {
             validate,
+            captures: self.capture.is_some(),
             trace_barriers: self.trace_barriers,
             isolate_passes,
             ..options
         })
-        .map_err(CliError::failed)
+        .map_err(|error| match error {
+            Error::DeviceRefused { .. } if self.capture.is_some() => CliError::failed(format!(
+                "{error}; RenderDoc hides Vulkan 1.3 of devices that lack \
+                 bufferDeviceAddressCaptureReplay, so that --capture does not work with them"
+            )),
+            error => CliError::failed(error),
+        })
     }
 }
 
@@ -96,6 +107,9 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     let mut files = Files::default();
     args.picture.check(&mut files, args.sequence.frames)?;
     args.sequence.check()?;
+    args.capture
+        .iter()
+        .try_for_each(|path| files.write(path, &["rdc"]))?;
     args.reference
         .iter()
         .try_for_each(|path| files.read(path))?;
@@ -113,6 +127,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         })
         .transpose()?;
     let gpu = args.gpu()?;
+    let mut capture = args.capture.as_deref().map(Capture::new).transpose()?;
     let size = args.picture.size.into();
     let gpu_scene = GpuScene::new(&gpu, &scene).map_err(CliError::failed)?;
     let Chosen {
@@ -144,7 +159,11 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
             true => renderer.set_pose(&scene).map_err(CliError::failed)?,
             false => FrameStats::default(),
         };
-        stats.append(renderer.render(&scene.camera).map_err(CliError::failed)?);
+        let mut draw = || renderer.render(&scene.camera).map_err(CliError::failed);
+        stats.append(match capture.take_if(|_| frame == last) {
+            Some(capture) => capture.take(draw)?,
+            None => draw()?,
+        });
         if frame > 0 || args.sequence.frames == 1 {
             times.add(&stats.passes);
         }

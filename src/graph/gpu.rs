@@ -22,6 +22,8 @@ pub struct GpuOptions {
     pub device: DeviceChoice,
     /// With the Khronos validation layer and synchronization validation.
     pub validate: bool,
+    /// RenderDoc sees what runs, and can take captures of it.
+    pub captures: bool,
     /// Print every barrier to stderr, with the two passes and the hazard that it is for.
     pub trace_barriers: bool,
     /// Submit every pass by itself and take its time on the host: for drivers whose timestamps do
@@ -53,12 +55,14 @@ impl GpuOptions {
         let GpuOptions {
             validate,
             check_accesses,
+            captures,
             poison,
             ..
         } = *self;
         InstanceOptions {
             validate,
             check_accesses,
+            captures,
             window_extensions: Vec::new(),
             poison,
             faults: self.faults.clone(),

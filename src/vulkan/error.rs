@@ -20,6 +20,12 @@ pub enum Error {
          layers or run without validation"
     )]
     LayerMissing,
+    /// Captures were asked for, but RenderDoc's layer is not installed.
+    #[error(
+        "captures need RenderDoc, whose layer VK_LAYER_RENDERDOC_Capture is not installed; install it \
+         from your system's packages or from https://renderdoc.org"
+    )]
+    CaptureLayerMissing,
     /// No device can show pictures on the window's surface.
     #[error(
         "no Vulkan device can show pictures in a window of this display; render to a file \

@@ -8,6 +8,8 @@ use ash::vk;
 use super::debug::{Messages, Messenger};
 use super::{Adapter, Context, Error, Faults};
 
+/// RenderDoc's, which takes captures.
+const CAPTURE_LAYER: &CStr = c"VK_LAYER_RENDERDOC_Capture";
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
 /// How to make an [`Instance`].
@@ -18,6 +20,8 @@ pub struct InstanceOptions {
     pub validate: bool,
     /// The same, and every access to a buffer is checked on the device.
     pub check_accesses: bool,
+    /// RenderDoc sees what runs, and can take captures.
+    pub captures: bool,
     /// The extensions that windows of a display need; none without a window.
     pub window_extensions: Vec<&'static CStr>,
     /// New memory is full of rubbish, for tests.
@@ -54,8 +58,11 @@ impl Instance {
     pub fn new(options: &InstanceOptions) -> Result<Arc<Self>, Error> {
         let entry = open_loader()?;
         let validate = options.validates();
-        if validate && !has_layer(&entry)? {
+        if validate && !has_layer(&entry, VALIDATION_LAYER)? {
             return Err(Error::LayerMissing);
+        }
+        if options.captures && !has_layer(&entry, CAPTURE_LAYER)? {
+            return Err(Error::CaptureLayerMissing);
         }
         let debug_utils = validate || has_extension(&entry, vk::EXT_DEBUG_UTILS_NAME)?;
         let messages = Messages::default();
@@ -175,13 +182,13 @@ fn open_loader() -> Result<ash::Entry, Error> {
     Ok(entry)
 }
 
-fn has_layer(entry: &ash::Entry) -> Result<bool, Error> {
+fn has_layer(entry: &ash::Entry, name: &CStr) -> Result<bool, Error> {
     // SAFETY: the loader is open.
     let layers =
         unsafe { entry.enumerate_instance_layer_properties() }.during("listing the layers")?;
     Ok(layers
         .iter()
-        .any(|layer| layer.layer_name_as_c_str() == Ok(VALIDATION_LAYER)))
+        .any(|layer| layer.layer_name_as_c_str() == Ok(name)))
 }
 
 fn has_extension(entry: &ash::Entry, name: &CStr) -> Result<bool, Error> {
@@ -205,6 +212,9 @@ fn create(
         .api_version(vk::API_VERSION_1_3);
     let mut layers = Vec::new();
     let mut extensions = Vec::new();
+    if options.captures {
+        layers.push(CAPTURE_LAYER.as_ptr());
+    }
     if debug_utils {
         extensions.push(vk::EXT_DEBUG_UTILS_NAME.as_ptr());
     }
@@ -233,8 +243,10 @@ fn create(
         layers.push(VALIDATION_LAYER.as_ptr());
         extensions.push(vk::EXT_VALIDATION_FEATURES_NAME.as_ptr());
     }
-    // Without it the loader hides drivers over another interface, such as MoltenVK's.
-    let shows_layered = has_extension(entry, vk::KHR_PORTABILITY_ENUMERATION_NAME)?;
+    // Without it the loader hides drivers over another interface, such as MoltenVK's. RenderDoc
+    // does not know it.
+    let shows_layered =
+        !options.captures && has_extension(entry, vk::KHR_PORTABILITY_ENUMERATION_NAME)?;
     let mut flags = vk::InstanceCreateFlags::empty();
     if shows_layered {
         extensions.push(vk::KHR_PORTABILITY_ENUMERATION_NAME.as_ptr());

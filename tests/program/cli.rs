@@ -18,6 +18,17 @@ const BAD_ARGUMENTS: &[(&str, i32, &[&str])] = &[
     ),
     ("bundled:cornell --size 8x0 -o a.png", 2, &["--size", "8x0"]),
     (
+        "bundled:cornell --capture a.txt -o a.png",
+        2,
+        &["a.txt", ".rdc"],
+    ),
+    // Where RenderDoc is installed, it hides what lavapipe can do.
+    (
+        "bundled:cornell --size 16x16 --capture a.rdc -o a.png",
+        1,
+        &["RenderDoc"],
+    ),
+    (
         "bundled:cornell --size 100000x100000 -o a.png",
         2,
         &["--size", "100000x100000", "16384"],
