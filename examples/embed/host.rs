@@ -187,8 +187,8 @@ impl Host {
     }
 
     /// The program's frame: what `draw` records writes the target, which is in the layout for
-    /// copies from it then; the program reads it. Returns the texels, and what `draw` has returned, which
-    /// lived until the frame was done.
+    /// copies from it then; the program reads it. Returns the texels. What `draw` has returned
+    /// lives until the frame is done.
     pub fn frame<T>(
         &self,
         target: &Target,

@@ -22,8 +22,8 @@ pub enum Error {
     LayerMissing,
     /// Captures were asked for, but RenderDoc's layer is not installed.
     #[error(
-        "captures need RenderDoc, whose layer VK_LAYER_RENDERDOC_Capture is not installed; install it \
-         from your system's packages or from https://renderdoc.org"
+        "captures need RenderDoc, whose layer VK_LAYER_RENDERDOC_Capture is not installed; install \
+         it from your system's packages or from https://renderdoc.org"
     )]
     CaptureLayerMissing,
     /// No device can show pictures on the window's surface.
