@@ -136,22 +136,52 @@ impl Runner {
         commands: &HostCommands,
         handed: &[Handover],
     ) -> Result<Recorded, Error> {
+        let Waiting {
+            steps,
+            bytes,
+            stats,
+        } = std::mem::take(&mut self.waiting);
+        let count = steps.len();
+        frame.steps.splice(0..0, steps);
+        match self.record_into(&frame, commands, handed) {
+            Ok(pool) => {
+                self.finished
+                    .extend((stats != FrameStats::default()).then_some(stats));
+                Ok(Recorded {
+                    _frame: frame,
+                    _pool: pool,
+                })
+            }
+            Err(error) => {
+                self.waiting = Waiting {
+                    steps: frame.steps.drain(..count).collect(),
+                    bytes,
+                    stats,
+                };
+                Err(error)
+            }
+        }
+    }
+
+    fn record_into(
+        &mut self,
+        frame: &Frame,
+        HostCommands(commands): &HostCommands,
+        handed: &[Handover],
+    ) -> Result<DescriptorPool, Error> {
         for id in self.device.take_retired() {
             self.state.forget(id);
         }
-        let waiting = std::mem::take(&mut self.waiting);
-        self.finished
-            .extend((waiting.stats != FrameStats::default()).then_some(waiting.stats));
-        frame.steps.splice(0..0, waiting.steps);
-        self.pipelines.make(&self.device, &self.shared, &frame)?;
-        let HostCommands(commands) = commands;
+        self.pipelines.make(&self.device, &self.shared, frame)?;
         let written = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
+        let mut before = self.state.clone();
+        for Handover { image, .. } in handed {
+            before.enter(image.id(), written);
+        }
+        let (barriers, mut after) = plan(&frame.uses(), &before);
         for Handover { image, before, .. } in handed {
             commands.hand_over(image, [*before, written]);
-            self.state.enter(image.id(), written);
         }
-        let (barriers, state) = plan(&frame.uses(), &self.state);
-        self.state = state;
         let mut recorder = Recorder {
             device: &self.device,
             shared: &self.shared,
@@ -161,15 +191,18 @@ impl Runner {
             notes: None,
             trace: self.trace,
         };
-        let pool = recorder.record(&frame, &barriers, 0..frame.steps.len())?;
-        for Handover { image, after, .. } in handed {
-            commands.hand_over(image, [self.state.layout(image.id()), *after]);
-            self.state.forget(image.id());
+        let pool = recorder.record(frame, &barriers, 0..frame.steps.len())?;
+        for Handover {
+            image,
+            after: layout,
+            ..
+        } in handed
+        {
+            commands.hand_over(image, [after.layout(image.id()), *layout]);
+            after.forget(image.id());
         }
-        Ok(Recorded {
-            _frame: frame,
-            _pool: pool,
-        })
+        self.state = after;
+        Ok(pool)
     }
 
     /// Waits for all frames that run, and tells what each has cost that nobody waited for before.
