@@ -2,24 +2,14 @@
 
 use crate::support::gpu;
 use crate::support::technique::{
-    Case, Surfaces, cases, default_cases, frame, moving_room, small_lights, small_room, walked,
+    Case, Surfaces, TINY, cases, default_cases, frame, moving_room, small_lights, small_room,
+    walked,
 };
 use glam::Vec3;
 use lumivox::frame::Renderer;
 use lumivox::graph::{FRAMES_IN_FLIGHT, HostWork};
 use lumivox::image::Aov;
 use lumivox::scene::Scene;
-
-/// What makes techniques small.
-const SMALL: &[(&str, &str)] = &[
-    ("resolution", "16"),
-    ("probes", "4"),
-    ("cells", "4"),
-    ("cache_resolution", "16"),
-    ("source_resolution", "16"),
-    ("reflection_probes", "3"),
-    ("radiance_texels", "16"),
-];
 
 fn room() -> Scene {
     let mut scene = small_room(Surfaces::Glossy, Vec::new());
@@ -31,7 +21,7 @@ fn room() -> Scene {
 /// anew, and the most of a walk.
 fn frames(case: &Case, scene: &Scene) -> [HostWork; 3] {
     let gpu = gpu();
-    let settings = case.settings(SMALL);
+    let settings = case.settings(TINY);
     let size = frame(32, 16, 32);
     let (mut renderer, _) = Renderer::new(&gpu, scene, case.entry, &settings, size).unwrap();
     for _ in 0..case.entry.rest(&settings) + 1 {
@@ -95,7 +85,7 @@ fn frames_of_models_that_move_are_two_submissions() {
     let mut wrong = Vec::new();
     for case in default_cases() {
         let gpu = gpu();
-        let settings = case.settings(SMALL);
+        let settings = case.settings(TINY);
         let size = frame(32, 16, 32);
         let (mut renderer, _) = Renderer::new(&gpu, &scene, case.entry, &settings, size).unwrap();
         renderer.render_again(&scene.camera).unwrap();
@@ -129,7 +119,7 @@ fn frames_in_flight_are_those_that_are_waited_for() {
     let mut wrong = Vec::new();
     for case in default_cases() {
         let gpu = gpu();
-        let settings = case.settings(SMALL);
+        let settings = case.settings(TINY);
         let size = frame(32, 16, 32);
         scene.set_time(0.0);
         let [mut waited, mut ahead] = [(); 2].map(|()| {

@@ -2,7 +2,8 @@
 
 use crate::support::gpu;
 use crate::support::technique::{
-    Case, Surfaces, cases, default_cases, frame, moving_room, small_lights, small_room, walked,
+    Case, Surfaces, TINY, cases, default_cases, frame, moving_room, small_lights, small_room,
+    walked,
 };
 use glam::Vec3;
 use lumivox::frame::{self, Renderer};
@@ -26,22 +27,11 @@ fn of_light(case: &Case, stats: &FrameStats) -> Vec<String> {
         .collect()
 }
 
-/// What makes techniques small.
-const SMALL: &[(&str, &str)] = &[
-    ("resolution", "16"),
-    ("probes", "4"),
-    ("cells", "4"),
-    ("cache_resolution", "16"),
-    ("source_resolution", "16"),
-    ("reflection_probes", "3"),
-    ("radiance_texels", "16"),
-];
-
 /// Frames with a camera that walks and then stands: the pictures of frames made anew, and the light
 /// passes of the last one.
 fn walk(case: &Case, scene: &Scene, pairs: &[(&str, &str)]) -> Vec<String> {
     let gpu = gpu();
-    let settings = case.settings(&[SMALL, pairs].concat());
+    let settings = case.settings(&[TINY, pairs].concat());
     let renderer = || Renderer::new(&gpu, scene, case.entry, &settings, frame(32, 16, 32)).unwrap();
     let ((mut keeps, _), (mut anew, _)) = (renderer(), renderer());
     let mut last = Vec::new();
@@ -227,7 +217,7 @@ fn what_changes_is_seen_at_once() {
     let gpu = gpu();
     for case in default_cases() {
         let mut scene = lit(moving_room(Surfaces::Emissive, small_lights()[0].1));
-        let settings = case.settings(SMALL);
+        let settings = case.settings(TINY);
         let renderer =
             || Renderer::new(&gpu, &scene, case.entry, &settings, frame(32, 16, 32)).unwrap();
         let ((mut keeps, _), (mut anew, _)) = (renderer(), renderer());

@@ -618,3 +618,14 @@ pub fn moving_room(surfaces: Surfaces, light: Light) -> Scene {
     );
     scene
 }
+
+/// What makes techniques as small as they still work.
+pub const TINY: &[(&str, &str)] = &[
+    ("resolution", "16"),
+    ("probes", "4"),
+    ("cells", "4"),
+    ("cache_resolution", "16"),
+    ("source_resolution", "16"),
+    ("reflection_probes", "3"),
+    ("radiance_texels", "16"),
+];

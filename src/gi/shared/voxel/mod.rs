@@ -17,6 +17,8 @@ mod survey;
 pub mod trace;
 mod voxel_box;
 pub mod window;
+pub mod window_passes;
+mod window_scratch;
 
 pub use super::bounces::LightBounces;
 pub use build::list::{OccupiedVoxel, VoxelList, list_voxels};
@@ -40,7 +42,8 @@ pub use survey::Survey;
 pub use trace::emitters::{CANDIDATES, EmitterPoints, GpuEmitterPart, emitter_rows};
 pub use trace::{RAY_SETTINGS, RaySettings, RayTracer, Space, SpacePasses, more_rays};
 pub use voxel_box::VoxelBox;
-pub use window::{VoxelWindow, WindowMove, WindowScratch, move_windows};
+pub use window::{VoxelWindow, WindowMove, move_windows};
+pub use window_scratch::WindowScratch;
 
 use crate::gi::CAST;
 use crate::gi::entry::{Stage, Substitution};
@@ -194,9 +197,9 @@ pub static PASSES: &[&Pass] = &[
     &dynamic::SCAN_TOUCHED,
     &dynamic::INDEX_TOUCHED,
     &dynamic::CONTINUE_LISTS,
-    &window::SHIFT_BLOCKS,
-    &window::EMPTY_BLOCKS,
-    &window::MOVE_RECORDS,
+    &window_passes::SHIFT_BLOCKS,
+    &window_passes::EMPTY_BLOCKS,
+    &window_passes::MOVE_RECORDS,
     &BOUND_TILES,
     &LIST_TILES,
     &INJECT_RSM,

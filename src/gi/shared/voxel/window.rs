@@ -10,214 +10,18 @@ use std::sync::Arc;
 
 use glam::{IVec3, Vec3};
 
-use super::build::passes::{Fragment, Voxel};
-use super::build::{FragmentLists, GridBuffers, add_index, buffer};
-use super::{VoxelBox, VoxelGrid, VoxelSettings, Voxelizer, Voxels};
-use crate::gpu_struct;
-use crate::graph::compute::{linear_groups, read, write};
-use crate::graph::{Buffer, Error, Frame, FrameStats, Gpu, Pass};
-use crate::render::GpuScene;
-use crate::shader::GpuStruct;
-
-gpu_struct! {
-    /// Parameters of `voxel.shift_blocks`.
-    pub struct ShiftParams {
-        /// Blocks that the window has moved by along x.
-        pub shift_x: i32,
-        /// Blocks that the window has moved by along y.
-        pub shift_y: i32,
-        /// Blocks that the window has moved by along z.
-        pub shift_z: i32,
-        /// Blocks along an edge of the window.
-        pub blocks: i32,
-    }
-}
-
-gpu_struct! {
-    /// Parameters of `voxel.empty_blocks`: a box of blocks.
-    pub struct EmptyParams {
-        /// First block of the box along x.
-        pub first_x: u32,
-        /// First block of the box along y.
-        pub first_y: u32,
-        /// First block of the box along z.
-        pub first_z: u32,
-        /// Blocks of the box along x.
-        pub size_x: u32,
-        /// Blocks of the box along y.
-        pub size_y: u32,
-        /// Blocks of the box along z.
-        pub size_z: u32,
-        /// Blocks along an edge of the window.
-        pub blocks: u32,
-    }
-}
-
-gpu_struct! {
-    /// Parameters of `voxel.move_records`.
-    pub struct MoveParams {
-        /// Blocks of the window.
-        pub block_count: u32,
-        /// Voxels that the window has moved by, along x and y: x + 2¹⁶ y, modulo 2³².
-        pub shift_xy: u32,
-        /// Voxels that the window has moved by along z, modulo 2³².
-        pub shift_z: u32,
-    }
-}
-
-/// Occupancy after a move, as far as the window stays where it was. A thread a block.
-pub static SHIFT_BLOCKS: Pass = Pass::compute(
-    "voxel.shift_blocks",
-    "gi/shared/voxel/window/shift_blocks.comp",
-    &[
-        read("occupancy"),
-        read("block_bases"),
-        write("shifted_occupancy"),
-        write("moved_from"),
-    ],
-    ShiftParams::LAYOUT,
-);
-
-/// Blocks that are voxelized anew become empty. A thread a block.
-pub static EMPTY_BLOCKS: Pass = Pass::compute(
-    "voxel.empty_blocks",
-    "gi/shared/voxel/window/empty_blocks.comp",
-    &[write("shifted_occupancy"), write("moved_from")],
-    EmptyParams::LAYOUT,
-);
-
-/// Records of blocks that stay, to their new places. A thread a block.
-pub static MOVE_RECORDS: Pass = Pass {
-    constants: &["EMISSIVE", "CARRIED", "FACES"],
-    ..Pass::compute(
-        "voxel.move_records",
-        "gi/shared/voxel/window/move_records.comp",
-        &[
-            read("moved_from"),
-            read("occupancy"),
-            read("block_bases"),
-            read("old_voxels"),
-            write("voxels"),
-            read("old_emission"),
-            write("voxel_emission"),
-            read("old_carried"),
-            write("carried"),
-            read("old_faces"),
-            write("voxel_faces"),
-        ],
-        MoveParams::LAYOUT,
-    )
+use super::build::{GridBuffers, add_index, buffer};
+use super::window_passes::{
+    EMPTY_BLOCKS, EmptyParams, MOVE_RECORDS, MoveParams, SHIFT_BLOCKS, ShiftParams,
 };
+use super::window_scratch::WindowScratch;
+use super::{VoxelBox, VoxelGrid, VoxelSettings, Voxelizer, Voxels};
+use crate::graph::compute::linear_groups;
+use crate::graph::{Buffer, Error, Frame, FrameStats, Gpu};
+use crate::render::GpuScene;
 
 /// Grains of a voxel: 2¹⁴ voxels from the anchor, positions are still exact to one.
 pub const GRAINS: f32 = 1024.0;
-
-/// Records that a window's go to when it moves, and what only an update needs; windows share it.
-pub struct WindowScratch {
-    nothing: Arc<Buffer>,
-    /// Fragments, and their emission, of each window that moves at once with others.
-    fragments: Vec<[Arc<Buffer>; 2]>,
-    /// Lists over the fragments of one window after the other.
-    lists: FragmentLists,
-    records: Arc<Buffer>,
-    emission: Option<Arc<Buffer>>,
-    /// Only for windows of directional voxels, from their first update on.
-    faces: Option<Arc<Buffer>>,
-}
-
-impl WindowScratch {
-    /// Empty buffers, which the first update makes as large as it needs them.
-    pub fn new(gpu: &Gpu, scene: &GpuScene) -> Result<Self, Error> {
-        Ok(WindowScratch {
-            nothing: buffer(gpu, "voxel.nothing", 0)?,
-            fragments: Vec::new(),
-            lists: FragmentLists::new(gpu, Self::no_fragments(gpu, scene)?, 0)?,
-            records: buffer(gpu, "voxel.records", 0)?,
-            emission: scene
-                .is_emissive
-                .then(|| buffer(gpu, "voxel.emission", 0))
-                .transpose()?,
-            faces: None,
-        })
-    }
-
-    /// The same, with room for an eighth of the fragments of these windows, which move at once.
-    pub fn of<'w>(
-        gpu: &Gpu,
-        scene: &GpuScene,
-        windows: impl Iterator<Item = &'w VoxelWindow>,
-    ) -> Result<Self, Error> {
-        let mut scratch = Self::new(gpu, scene)?;
-        for (index, window) in windows.enumerate() {
-            scratch.fragments.push(Self::no_fragments(gpu, scene)?);
-            let count = window.voxels.fragment_count / 8;
-            scratch.reserve_fragments(gpu, scene, (index, count))?;
-        }
-        Ok(scratch)
-    }
-
-    fn no_fragments(gpu: &Gpu, scene: &GpuScene) -> Result<[Arc<Buffer>; 2], Error> {
-        let emission = if scene.is_emissive {
-            "voxel.fragment_emission"
-        } else {
-            "voxel.nothing"
-        };
-        Ok([
-            buffer(gpu, "voxel.fragments", 0)?,
-            buffer(gpu, emission, 0)?,
-        ])
-    }
-
-    /// Fragments that there is room for, of one of the windows.
-    fn capacity(&self, window: usize) -> u32 {
-        (self.fragments[window][0].size_bytes() / size_of::<Fragment>() as u64) as u32
-    }
-
-    fn reserve_fragments(
-        &mut self,
-        gpu: &Gpu,
-        scene: &GpuScene,
-        (window, count): (usize, u32),
-    ) -> Result<(), Error> {
-        let [fragments, emission] = &mut self.fragments[window];
-        reserve(gpu, fragments, size_of::<Fragment>(), count)?;
-        if scene.is_emissive {
-            reserve(gpu, emission, 8, count)
-        } else {
-            Ok(())
-        }
-    }
-
-    fn reserve_voxels(&mut self, gpu: &Gpu, count: u32, has_faces: bool) -> Result<(), Error> {
-        if has_faces {
-            let faces = self
-                .faces
-                .take()
-                .map_or_else(|| buffer(gpu, "voxel.faces", 0), Ok)?;
-            reserve(gpu, self.faces.insert(faces), 8, count)?;
-        }
-        reserve(gpu, &mut self.lists.heads, 4, count)?;
-        reserve(gpu, &mut self.lists.opposed, 4, count)?;
-        reserve(gpu, &mut self.records, size_of::<Voxel>(), count)?;
-        self.emission
-            .as_mut()
-            .map_or(Ok(()), |emission| reserve(gpu, emission, 16, count))
-    }
-}
-
-/// Makes a buffer larger, without its contents, where it has no room for `count` elements; then
-/// with an eighth to spare.
-fn reserve(gpu: &Gpu, target: &mut Arc<Buffer>, stride: usize, count: u32) -> Result<(), Error> {
-    let needed = stride as u64 * u64::from(count);
-    if needed > target.size_bytes() {
-        *target = buffer(
-            gpu,
-            target.name(),
-            stride as u64 * (u64::from(count) + u64::from(count) / 8),
-        )?;
-    }
-    Ok(())
-}
 
 /// The occupied voxels of a window.
 pub struct VoxelWindow {
@@ -271,10 +75,7 @@ pub fn move_windows(
     scratch: &mut WindowScratch,
     moves: Vec<WindowMove<'_>>,
 ) -> Result<(Vec<Vec<VoxelBox>>, FrameStats), Error> {
-    while scratch.fragments.len() < moves.len() {
-        let none = WindowScratch::no_fragments(gpu, scene)?;
-        scratch.fragments.push(none);
-    }
+    scratch.hold(gpu, scene, moves.len())?;
     let mut new = vec![Vec::new(); moves.len()];
     let mut moved = Vec::with_capacity(moves.len());
     let mut frame = Frame::new();

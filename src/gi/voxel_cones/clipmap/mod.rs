@@ -172,8 +172,9 @@ impl VoxelStore for Clipmap {
         self.tell_places(gpu, &places)?;
         stats.append(gpu.submit_waiting()?);
         // From here on slabs are voxelized, which have few fragments.
-        let windows = self.levels.iter().map(|level| &level.window);
-        self.scratch = WindowScratch::of(gpu, scene, windows)?;
+        let levels = self.levels.iter();
+        let counts = levels.map(|level| level.window.voxels.fragment_count / 8);
+        self.scratch = WindowScratch::with_room(gpu, scene, counts)?;
         Ok(stats)
     }
 
