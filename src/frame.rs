@@ -134,6 +134,7 @@ impl<'g> Renderer<'g> {
             eye,
             lend: registry::lend,
         };
+        gpu.forget_times();
         let mut technique = (entry.make)(&context, settings)?;
         let mut build = technique.build(&context)?;
         build.append(gpu.submit_waiting()?);

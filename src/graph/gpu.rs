@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::frame::{Frame, Resource, Work};
 use super::journal::JournalFrame;
+use super::pace::{LONGEST_MS, Pace};
 use super::runner::{Recorded, Runner};
 use super::sets::{MATERIAL_TEXTURES, MaterialSet, SceneBindings, SceneSet, SharedSets};
 use super::stats::{FrameStats, HostWork};
@@ -30,6 +31,10 @@ pub struct GpuOptions {
     /// not follow their execution (lavapipe runs compute at once but queues rasterization, so
     /// that its timestamps charge one pass with another's work).
     pub isolate_passes: bool,
+    /// Submissions take no longer, by what their passes took before (ms): frames are cut, and long
+    /// dispatches with them. `None`: 200 on a GPU, for the watchdog of its driver; what a frame
+    /// takes on a CPU, which has none.
+    pub longest_submission_ms: Option<f64>,
     /// Whether the device traces rays itself, for which it needs [`Features::ray_query`], or
     /// shaders do; `None`: the device, where it can and is no CPU, which is slower at it.
     pub device_rays: Option<bool>,
@@ -96,8 +101,11 @@ impl Gpu {
     pub fn on(device: Arc<Device>, options: &GpuOptions) -> Result<Self, Error> {
         let device_rays = device_rays(device.adapter(), options.device_rays)?;
         let shared = SharedSets::new(&device)?;
-        let how = (options.trace_barriers, options.isolate_passes);
-        let runner = Runner::new(&device, &shared, how)?;
+        let has_watchdog = device.adapter().info.kind != DeviceKind::Cpu;
+        let own = has_watchdog.then_some(LONGEST_MS);
+        let longest_ms = options.longest_submission_ms.or(own);
+        let pace = Pace::new(longest_ms, options.isolate_passes);
+        let runner = Runner::new(&device, &shared, options.trace_barriers, pace)?;
         let own_count = Arc::strong_count(&device);
         Ok(Gpu {
             runner: Mutex::new(runner),
@@ -225,6 +233,11 @@ impl Gpu {
         runner.run(Frame::new(), |_| true)
     }
 
+    /// What passes took is of other settings: nothing is known of what they will take.
+    pub fn forget_times(&self) {
+        self.runner().pace.forget();
+    }
+
     /// What the host has done so far.
     pub fn host_work(&self) -> HostWork {
         self.runner().host
@@ -299,8 +312,7 @@ impl Gpu {
             .into_iter()
             .map(|(name, bytes)| format!("{name}, {bytes} bytes"))
             .collect();
-        let objects =
-            Arc::strong_count(&self.device) - self.own_count - runner.pipelines.object_count();
+        let objects = Arc::strong_count(&self.device) - self.own_count - runner.object_count();
         if objects > left.len() {
             left.push(format!(
                 "{} objects without memory, such as descriptor sets",

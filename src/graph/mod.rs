@@ -42,6 +42,7 @@ pub mod compute;
 mod frame;
 mod gpu;
 mod journal;
+mod pace;
 pub mod pass;
 pub mod plan;
 mod record;

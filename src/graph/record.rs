@@ -4,7 +4,6 @@
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::num::NonZero;
-use std::ops::Range;
 use std::panic::resume_unwind;
 use std::sync::Arc;
 use std::thread;
@@ -15,6 +14,7 @@ use super::Access;
 use super::builder::{PassCall, Run, Target};
 use super::frame::{Frame, Resource, Step, Work};
 use super::journal::{Issued, IssuedBarrier, Touch};
+use super::pace::{Part, shared_out};
 use super::pass::{BindingKind, Pass, SCENE_CONSTANTS, Shaders};
 use super::plan::Barrier;
 use super::sets::SharedSets;
@@ -41,6 +41,8 @@ struct Layouts {
     pipeline: Arc<PipelineLayout>,
     /// Which of [`SCENE_CONSTANTS`] its shaders have.
     asks_for: [bool; 2],
+    /// Whether they need all workgroups in one dispatch.
+    counts_groups: bool,
 }
 
 /// Pipelines by pass and specialization constants, made before the first frame that uses them.
@@ -85,9 +87,10 @@ impl Pipelines {
                     &[&shared.scene, &set, &shared.material],
                     pass.push_bytes() as u32,
                 )?;
-                let mut asks_for = [false; 2];
+                let (mut asks_for, mut counts_groups) = ([false; 2], false);
                 for (_, stem) in pass.modules(key.1) {
                     let interface = Interface::of(&shader::words(&stem)?);
+                    counts_groups |= interface.as_ref().is_some_and(Interface::counts_groups);
                     for (asks, (number, _)) in asks_for.iter_mut().zip(SCENE_CONSTANTS) {
                         *asks |= interface
                             .as_ref()
@@ -98,6 +101,7 @@ impl Pipelines {
                     set,
                     pipeline,
                     asks_for,
+                    counts_groups,
                 }))
             }
         }
@@ -165,6 +169,21 @@ impl Pipelines {
             self.pipelines.extend(made?);
         }
         Ok(())
+    }
+
+    /// Whether a step may be run in shares; not before [`Pipelines::make`].
+    pub(super) fn can_cut(&self, step: &Step) -> bool {
+        let Work::Pass(call) = &step.work else {
+            return false;
+        };
+        match &call.run {
+            Run::Dispatch(_) => {
+                let layouts = self.layouts.get(&key_of(call));
+                layouts.is_some_and(|layouts| !layouts.counts_groups)
+            }
+            Run::Chain(batches) => batches.len() > 1,
+            Run::Indirect(..) | Run::Draw { .. } => false,
+        }
     }
 
     /// The pipeline of a call, which [`Pipelines::make`] has made.
@@ -285,16 +304,16 @@ pub(super) struct Recorder<'r> {
 }
 
 impl Recorder<'_> {
-    /// Records some steps with the barriers before each; the pool returned has to live until the
-    /// commands have run.
+    /// Records some steps, or a share of one, with the barriers before each; the pool returned has to
+    /// live until the commands have run.
     pub(super) fn record(
         &mut self,
         frame: &Frame,
         barriers: &[Vec<Barrier>],
-        steps: Range<usize>,
+        part: &Part,
     ) -> Result<DescriptorPool, Error> {
         let mut layouts = Vec::new();
-        for step in &frame.steps[steps.clone()] {
+        for step in &frame.steps[part.steps.clone()] {
             if let Work::Pass(call) = &step.work {
                 layouts.push(Arc::clone(
                     &self.pipelines.layouts(self.device, self.shared, call)?.set,
@@ -305,19 +324,23 @@ impl Recorder<'_> {
         for ((index, step), barriers) in (0u32..)
             .zip(&frame.steps)
             .zip(barriers)
-            .take(steps.end)
-            .skip(steps.start)
+            .take(part.steps.end)
+            .skip(part.steps.start)
         {
-            if self.trace {
+            if self.trace && part.begins() {
                 barriers
                     .iter()
                     .for_each(|barrier| trace(frame, step, barrier));
             }
             self.commands.begin_label(&step.name);
-            self.barriers(step, barriers);
-            self.timestamp(2 * index);
-            self.step(step, &pool)?;
-            self.timestamp(2 * index + 1);
+            if part.begins() {
+                self.barriers(step, barriers);
+                self.timestamp(2 * index);
+            }
+            self.step(step, part, &pool)?;
+            if part.ends() {
+                self.timestamp(2 * index + 1);
+            }
             self.commands.end_label();
         }
         Ok(pool)
@@ -383,14 +406,14 @@ impl Recorder<'_> {
         }
     }
 
-    fn step(&mut self, step: &Step, pool: &DescriptorPool) -> Result<(), Error> {
+    fn step(&mut self, step: &Step, part: &Part, pool: &DescriptorPool) -> Result<(), Error> {
         let commands = self.commands;
         if let Some(notes) = &mut self.notes {
             notes.extend(Issued::transfer(&step.work));
         }
         match &step.work {
             Work::Nothing => {}
-            Work::Pass(call) => self.pass(call, pool)?,
+            Work::Pass(call) => self.pass(call, part, pool)?,
             Work::Fill(buffer, first_byte, value) => commands.fill(buffer, *first_byte, *value),
             Work::Set(buffer, bytes) => commands.set(buffer, bytes),
             Work::Clear(image, mips, value) => commands.clear(image, mips, value.raw()),
@@ -421,11 +444,11 @@ impl Recorder<'_> {
         Ok(())
     }
 
-    fn pass(&mut self, call: &PassCall, pool: &DescriptorPool) -> Result<(), Error> {
+    fn pass(&mut self, call: &PassCall, part: &Part, pool: &DescriptorPool) -> Result<(), Error> {
         let pipeline = self.pipelines.pipeline(self.device, self.shared, call)?;
         let set_layout = Arc::clone(&self.pipelines.layouts(self.device, self.shared, call)?.set);
         let (descriptors, [color, depth]) = (descriptors(call)?, attachments(&call.run)?);
-        if let Some(notes) = &mut self.notes {
+        if let Some(notes) = self.notes.as_mut().filter(|_| part.begins()) {
             notes.push(issued(call, &descriptors, [&color, &depth]));
         }
         self.commands.bind_pipeline(&pipeline);
@@ -447,12 +470,17 @@ impl Recorder<'_> {
             Run::Indirect(buffer, offset) => self.commands.dispatch_indirect(buffer, *offset),
             Run::Dispatch(batches) => {
                 for batch in batches {
-                    self.batch(&pipeline, call, batch.material, &batch.push);
-                    self.commands.dispatch(batch.groups);
+                    let (first, groups) = share_of(batch.groups, part.share);
+                    if !groups.contains(&0) {
+                        self.batch(&pipeline, call, batch.material, &batch.push);
+                        self.commands.dispatch(first, groups);
+                    }
                 }
             }
             Run::Chain(batches) => {
-                for (index, batch) in batches.iter().enumerate() {
+                let count = u32::try_from(batches.len()).unwrap_or(u32::MAX);
+                for index in shared_out(count, part.share) {
+                    let batch = &batches[index as usize];
                     if index > 0 {
                         let (wrote, reads) = (Access::ComputeWrite, Access::ComputeReadWrite);
                         let [src, dst] = [wrote.sync(), reads.sync()];
@@ -460,7 +488,7 @@ impl Recorder<'_> {
                             .memory_barrier((src.stage, src.access), (dst.stage, dst.access));
                     }
                     self.batch(&pipeline, call, batch.material, &batch.push);
-                    self.commands.dispatch(batch.groups);
+                    self.commands.dispatch([0; 3], batch.groups);
                 }
             }
             Run::Draw {
@@ -502,6 +530,15 @@ impl Recorder<'_> {
         }
         self.commands.push(pipeline, push);
     }
+}
+
+/// The first workgroup of a share of them, and how many there are, cut along the longest axis.
+fn share_of(mut groups: [u32; 3], share: [u32; 2]) -> ([u32; 3], [u32; 3]) {
+    let longest = (0..3).max_by_key(|&axis| groups[axis]).unwrap_or_default();
+    let range = shared_out(groups[longest], share);
+    let mut first = [0; 3];
+    (first[longest], groups[longest]) = (range.start, range.end - range.start);
+    (first, groups)
 }
 
 /// Colour attachments, and the depth attachment if there is one.

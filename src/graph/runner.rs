@@ -1,7 +1,6 @@
 //! Submissions: what goes with the next one, what runs, and what it has cost.
 
 use std::collections::VecDeque;
-use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -9,6 +8,7 @@ use ash::vk;
 
 use super::frame::{Frame, Step};
 use super::journal::JournalFrame;
+use super::pace::{Pace, Part, WHOLE};
 use super::plan::{Barrier, State, plan};
 use super::record::{Pipelines, Recorder};
 use super::sets::SharedSets;
@@ -23,8 +23,7 @@ pub(super) struct Runner {
     device: Arc<Device>,
     shared: Arc<SharedSets>,
     trace: bool,
-    /// Whether each step is a submission that is waited for, and timed by the host.
-    isolate: bool,
+    pub(super) pace: Pace,
     /// Those in which nothing runs.
     slots: Vec<Slot>,
     /// Oldest first.
@@ -38,17 +37,33 @@ pub(super) struct Runner {
     pub(super) host: HostWork,
 }
 
-/// What one submission is recorded into.
+/// What one frame is recorded into.
 struct Slot {
-    commands: Commands,
+    /// For each submission; as many as a frame had at most.
+    commands: Vec<Commands>,
     timestamps: Timestamps,
 }
 
-/// A submission that has not been waited for.
+/// A frame that was submitted, at least in part.
+#[derive(Default)]
+struct Submitted {
+    /// How many submissions it is.
+    parts: usize,
+    /// How many of the first have been waited for.
+    waited: usize,
+    /// Until they are done.
+    pools: Vec<DescriptorPool>,
+    /// Steps that all or a share was submitted of.
+    steps: usize,
+    /// What steps took by the host's clock (ms), where each was waited for.
+    host_ms: Vec<f64>,
+}
+
+/// A frame that has not been waited for.
 struct Running {
     slot: Slot,
     frame: Frame,
-    _pool: DescriptorPool,
+    submitted: Submitted,
 }
 
 /// What commands use that another program runs. It has to live until they are done.
@@ -70,15 +85,16 @@ pub(super) struct Waiting {
 }
 
 impl Runner {
-    /// Of a device; `how`: whether barriers are printed, and whether steps are isolated.
+    /// Of a device; `trace`: whether barriers are printed.
     pub(super) fn new(
         device: &Arc<Device>,
         shared: &Arc<SharedSets>,
-        (trace, isolate): (bool, bool),
+        trace: bool,
+        pace: Pace,
     ) -> Result<Self, Error> {
         let slot = || {
             Ok(Slot {
-                commands: Commands::new(device)?,
+                commands: vec![Commands::new(device)?],
                 timestamps: Timestamps::new(device, 128)?,
             })
         };
@@ -86,7 +102,7 @@ impl Runner {
             device: Arc::clone(device),
             shared: Arc::clone(shared),
             trace,
-            isolate,
+            pace,
             slots: (0..FRAMES_IN_FLIGHT)
                 .map(|_| slot())
                 .collect::<Result<_, Error>>()?,
@@ -191,7 +207,7 @@ impl Runner {
             notes: None,
             trace: self.trace,
         };
-        let pool = recorder.record(frame, &barriers, 0..frame.steps.len())?;
+        let pool = recorder.record(frame, &barriers, &Part::of(0..frame.steps.len()))?;
         for Handover {
             image,
             after: layout,
@@ -203,6 +219,12 @@ impl Runner {
         }
         self.state = after;
         Ok(pool)
+    }
+
+    /// Vulkan objects that came with frames of many submissions, and stay.
+    pub(super) fn object_count(&self) -> usize {
+        let more = self.slots.iter().map(|slot| slot.commands.len() - 1);
+        more.sum::<usize>() + self.pipelines.object_count()
     }
 
     /// Waits for all frames that run, and tells what each has cost that nobody waited for before.
@@ -229,11 +251,12 @@ impl Runner {
         let Waiting { steps, bytes, .. } = std::mem::take(&mut self.waiting);
         let count = steps.len();
         frame.steps.splice(0..0, steps);
-        self.host.submissions += 1;
-        let begun = self.start(&mut frame, keep);
+        let mut submitted = Submitted::default();
+        let begun = self.start(&mut frame, keep, &mut submitted);
         // What waited may not have run, where there still is a device.
         if matches!(&begun, Err(error) if !matches!(error, Error::DeviceLost { .. })) {
-            self.waiting.steps = frame.steps.drain(..count.min(frame.steps.len())).collect();
+            let left = submitted.steps.min(count)..count.min(frame.steps.len());
+            self.waiting.steps = frame.steps.drain(left).collect();
             self.waiting.bytes = bytes;
         }
         begun
@@ -243,6 +266,7 @@ impl Runner {
         &mut self,
         frame: &mut Frame,
         keep: impl Fn(&Barrier) -> bool,
+        submitted: &mut Submitted,
     ) -> Result<Option<FrameStats>, Error> {
         for id in self.device.take_retired() {
             self.state.forget(id);
@@ -260,95 +284,130 @@ impl Runner {
             });
         }
         self.pipelines.make(&self.device, &self.shared, frame)?;
-        if self.isolate {
-            let stats = self.run_step_by_step(frame, &barriers)?;
-            self.state = state;
+        let mut slot = self.take_slot(frame)?;
+        let result = self.submit(&mut slot, frame, &barriers, submitted);
+        if let Err(error) = result {
+            // What was submitted uses what goes now, and has done what it did.
+            if self.wait_for_parts(&slot, submitted).is_ok() {
+                self.state = plan(&frame.uses()[..submitted.steps], &self.state).1;
+            }
+            self.slots.push(slot);
+            return Err(error);
+        }
+        self.state = state;
+        if self.pace.isolates() {
+            self.slots.push(slot);
+            let mut stats = FrameStats::default();
+            tell(&mut stats, &frame.steps, &submitted.host_ms);
             return Ok(Some(stats));
         }
-        if let Some(finished) = self.device.planted_loss() {
-            let slot = self.take_slot(frame)?;
-            let steps = 0..finished.min(frame.steps.len());
-            let ran = self.run_part(&slot, frame, &barriers, (steps, true));
-            self.slots.push(slot);
-            return ran.map(|_| None);
-        }
-        let slot = self.take_slot(frame)?;
-        let all = 0..frame.steps.len();
-        let submitted = self.record(&slot, frame, &barriers, all).and_then(|pool| {
-            let submitted = slot.commands.submit();
-            submitted
-                .map(|()| pool)
-                .map_err(|result| failure(frame, &[], result))
+        self.running.push_back(Running {
+            slot,
+            frame: std::mem::take(frame),
+            submitted: std::mem::take(submitted),
         });
-        match submitted {
-            Ok(pool) => {
-                self.state = state;
-                self.running.push_back(Running {
-                    slot,
-                    frame: std::mem::take(frame),
-                    _pool: pool,
-                });
-                Ok(None)
-            }
-            Err(error) => {
-                self.slots.push(slot);
-                Err(error)
-            }
-        }
+        Ok(None)
     }
 
-    /// Each step by itself, timed by the host.
-    fn run_step_by_step(
+    /// Records and submits a frame, part by part.
+    fn submit(
         &mut self,
+        slot: &mut Slot,
         frame: &Frame,
         barriers: &[Vec<Barrier>],
-    ) -> Result<FrameStats, Error> {
-        let slot = self.take_slot(frame)?;
-        let ran = self.run_parts(&slot, frame, barriers);
-        self.slots.push(slot);
-        ran
-    }
-
-    fn run_parts(
-        &mut self,
-        slot: &Slot,
-        frame: &Frame,
-        barriers: &[Vec<Barrier>],
-    ) -> Result<FrameStats, Error> {
-        let mut stats = FrameStats::default();
+        submitted: &mut Submitted,
+    ) -> Result<(), Error> {
+        let isolates = self.pace.isolates();
+        submitted.host_ms = vec![0.0; if isolates { frame.steps.len() } else { 0 }];
+        let (mut done, mut share) = (0, 0);
         // A frame without steps is still one, empty, submission.
-        for start in 0..frame.steps.len().max(1) {
+        while done < frame.steps.len() || submitted.parts == 0 {
+            let pipelines = &self.pipelines;
+            let mut part = (self.pace).next(frame, (done, share), |step| pipelines.can_cut(step));
             let loss = self.device.planted_loss();
-            let end = start + loss.unwrap_or(1).min(1).min(frame.steps.len());
-            let part = (start..end, loss.is_some());
-            let host_ms = self.run_part(slot, frame, barriers, part)?;
-            tell(&mut stats, &frame.steps[start..end], &[host_ms]);
+            if let Some(steps) = loss {
+                part.steps.end = part.steps.end.min(done + steps);
+            }
+            if part.is_tried {
+                // So that its time is its own.
+                self.wait()?;
+                self.wait_for_parts(slot, submitted)
+                    .map_err(|result| lost_in(slot, frame, result))?;
+            }
+            self.host.submissions += u64::from(!isolates || submitted.parts == 0);
+            let began = self.submit_part(slot, frame, barriers, (&part, submitted))?;
+            if part.is_tried || isolates || loss.is_some() {
+                let waited = self.wait_for_parts(slot, submitted);
+                let ms = 1e3 * began.elapsed().as_secs_f64();
+                waited
+                    .and(loss.map_or(Ok(()), |_| Err(vk::Result::ERROR_DEVICE_LOST)))
+                    .map_err(|result| lost_in(slot, frame, result))?;
+                self.took(frame, &part, ms, &mut submitted.host_ms);
+            }
+            (done, share) = (part.done(), if part.ends() { 0 } else { part.share[1] });
         }
-        Ok(stats)
+        Ok(())
     }
 
-    /// Some steps, which are waited for; what that took (ms). Then the device may be lost, where a
-    /// test wants that.
-    fn run_part(
+    /// A part of one step took so long by the host's clock, and its step what is summed up.
+    fn took(&mut self, frame: &Frame, part: &Part, ms: f64, host_ms: &mut [f64]) {
+        let at = part.steps.start;
+        if part.is_tried {
+            self.pace.learn(&frame.steps[at], part.share, ms);
+        }
+        let Some(sum) = host_ms.get_mut(at) else {
+            return;
+        };
+        *sum += ms;
+        if part.ends() {
+            self.pace.learn(&frame.steps[at], [0, WHOLE], *sum);
+        }
+    }
+
+    /// Records and submits a part; when it was submitted.
+    fn submit_part(
         &mut self,
-        slot: &Slot,
+        slot: &mut Slot,
         frame: &Frame,
         barriers: &[Vec<Barrier>],
-        (steps, is_lost): (Range<usize>, bool),
-    ) -> Result<f64, Error> {
-        let _pool = self.record(slot, frame, barriers, steps)?;
-        let began = Instant::now();
-        let done = slot.commands.submit().and_then(|()| slot.commands.wait());
-        let host_ms = began.elapsed().as_secs_f64() * 1e3;
-        self.host.waits += 1;
-        let lost = is_lost.then_some(vk::Result::ERROR_DEVICE_LOST);
-        match lost.or(done.err()) {
-            Some(result) => {
-                let ticks = slot.timestamps.read(ticks_of(frame));
-                Err(failure(frame, &ticks, result))
-            }
-            None => Ok(host_ms),
+        (part, submitted): (&Part, &mut Submitted),
+    ) -> Result<Instant, Error> {
+        if slot.commands.len() == submitted.parts {
+            slot.commands.push(Commands::new(&self.device)?);
         }
+        let commands = &slot.commands[submitted.parts];
+        commands.begin()?;
+        let journal = self.journal.as_mut();
+        let mut recorder = Recorder {
+            device: &self.device,
+            shared: &self.shared,
+            commands,
+            timestamps: Some(&slot.timestamps),
+            pipelines: &mut self.pipelines,
+            notes: journal
+                .and_then(|journal| journal.last_mut())
+                .map(|frame| &mut frame.issued),
+            trace: self.trace,
+        };
+        submitted
+            .pools
+            .push(recorder.record(frame, barriers, part)?);
+        let began = Instant::now();
+        commands
+            .submit()
+            .map_err(|result| failure(frame, &[], result))?;
+        (submitted.parts, submitted.steps) = (submitted.parts + 1, part.steps.end);
+        Ok(began)
+    }
+
+    /// Waits for what was submitted of a frame.
+    fn wait_for_parts(&mut self, slot: &Slot, submitted: &mut Submitted) -> Result<(), vk::Result> {
+        while submitted.waited < submitted.parts {
+            self.host.waits += 1;
+            submitted.waited += 1;
+            slot.commands[submitted.waited - 1].wait()?;
+        }
+        Ok(())
     }
 
     /// A slot with as many timestamps as a frame has; waits for the oldest frame where there is
@@ -368,40 +427,25 @@ impl Runner {
         Ok(slot)
     }
 
-    fn record(
-        &mut self,
-        slot: &Slot,
-        frame: &Frame,
-        barriers: &[Vec<Barrier>],
-        steps: Range<usize>,
-    ) -> Result<DescriptorPool, Error> {
-        slot.commands.begin()?;
-        let journal = self.journal.as_mut();
-        let mut recorder = Recorder {
-            device: &self.device,
-            shared: &self.shared,
-            commands: &slot.commands,
-            timestamps: Some(&slot.timestamps),
-            pipelines: &mut self.pipelines,
-            notes: journal
-                .and_then(|journal| journal.last_mut())
-                .map(|frame| &mut frame.issued),
-            trace: self.trace,
-        };
-        recorder.record(frame, barriers, steps)
-    }
-
     fn wait_for_oldest(&mut self) -> Result<(), Error> {
-        let Some(Running { slot, frame, _pool }) = self.running.pop_front() else {
+        let Some(running) = self.running.pop_front() else {
             return Ok(());
         };
-        self.host.waits += 1;
-        let done = slot.commands.wait();
+        let Running {
+            slot,
+            frame,
+            mut submitted,
+        } = running;
+        let done = self.wait_for_parts(&slot, &mut submitted);
         let ticks = slot.timestamps.read(ticks_of(&frame));
         self.slots.push(slot);
         done.map_err(|result| failure(&frame, &ticks, result))?;
         let mut stats = FrameStats::default();
-        tell(&mut stats, &frame.steps, &self.pass_ms(&ticks));
+        let ms = self.pass_ms(&ticks);
+        for (step, ms) in frame.steps.iter().zip(&ms) {
+            self.pace.learn(step, [0, WHOLE], *ms);
+        }
+        tell(&mut stats, &frame.steps, &ms);
         self.finished.push(stats);
         Ok(())
     }
@@ -424,8 +468,8 @@ impl Drop for Runner {
         // What runs is used until it is done; on a lost device nothing runs.
         if let Err(error) = self.wait() {
             log::debug!("the last frames: {error}");
-            for running in self.running.drain(..) {
-                let _ = running.slot.commands.wait();
+            for mut running in std::mem::take(&mut self.running) {
+                let _ = self.wait_for_parts(&running.slot, &mut running.submitted);
             }
         }
     }
@@ -445,6 +489,11 @@ fn ticks_of(frame: &Frame) -> u32 {
 fn tell(stats: &mut FrameStats, steps: &[Step], ms: &[f64]) {
     let timed = steps.iter().zip(ms).filter(|(step, _)| step.is_told);
     timed.for_each(|(step, ms)| stats.add(&step.name, *ms));
+}
+
+/// [`failure`] of a frame that its slot has run.
+fn lost_in(slot: &Slot, frame: &Frame, result: vk::Result) -> Error {
+    failure(frame, &slot.timestamps.read(ticks_of(frame)), result)
 }
 
 /// Says which pass was the last to finish.

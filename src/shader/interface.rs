@@ -18,6 +18,8 @@ mod op {
     pub(super) const DESCRIPTOR_SET: u32 = 34;
     pub(super) const OFFSET: u32 = 35;
     pub(super) const SPEC_ID: u32 = 1;
+    pub(super) const BUILT_IN: u32 = 11;
+    pub(super) const NUM_WORKGROUPS: u32 = 24;
     pub(super) const PUSH_CONSTANT: u32 = 9;
 }
 
@@ -29,6 +31,8 @@ pub struct Interface {
     /// Offsets of the push constants (bytes).
     push_offsets: BTreeSet<u32>,
     spec_ids: BTreeSet<u32>,
+    /// Whether it reads how many workgroups there are.
+    counts_groups: bool,
     /// Execution model, then the workgroup of a compute shader.
     stage: Vec<u32>,
 }
@@ -58,6 +62,7 @@ impl Interface {
                 (op::DECORATE, [id, op::DESCRIPTOR_SET, set]) => drop(sets.insert(*id, *set)),
                 (op::DECORATE, [id, op::BINDING, binding]) => drop(bindings.insert(*id, *binding)),
                 (op::DECORATE, [_, op::SPEC_ID, id]) => drop(found.spec_ids.insert(*id)),
+                (op::DECORATE, [_, op::BUILT_IN, op::NUM_WORKGROUPS]) => found.counts_groups = true,
                 (op::MEMBER_DECORATE, [id, _, op::OFFSET, offset]) => {
                     offsets.entry(*id).or_default().insert(*offset);
                 }
@@ -85,6 +90,11 @@ impl Interface {
             }
         }
         Some(found)
+    }
+
+    /// Whether it reads how many workgroups there are, so that all have to be in one dispatch.
+    pub fn counts_groups(&self) -> bool {
+        self.counts_groups
     }
 
     /// Whether it has a specialization constant of this number.

@@ -241,9 +241,18 @@ impl Commands {
         }
     }
 
-    pub(crate) fn dispatch(&self, [x, y, z]: [u32; 3]) {
-        // SAFETY: as for `barriers`; a compute pipeline is bound.
-        unsafe { self.device.raw().cmd_dispatch(self.raw, x, y, z) };
+    /// Runs so many workgroups, counted from `first`.
+    pub(crate) fn dispatch(&self, first: [u32; 3], [x, y, z]: [u32; 3]) {
+        let (device, [first_x, first_y, first_z]) = (self.device.raw(), first);
+        // SAFETY: as for `barriers`; a compute pipeline is bound, and all are made for workgroups
+        // that are not counted from 0.
+        unsafe {
+            if first == [0; 3] {
+                device.cmd_dispatch(self.raw, x, y, z);
+            } else {
+                device.cmd_dispatch_base(self.raw, first_x, first_y, first_z, x, y, z);
+            }
+        }
     }
 
     pub(crate) fn dispatch_indirect(&self, buffer: &Buffer, offset: u64) {

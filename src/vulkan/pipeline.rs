@@ -81,7 +81,9 @@ impl Pipeline {
         let constants = Constants::new(constants);
         let specialization = constants.info();
         let stage = module.stage(vk::ShaderStageFlags::COMPUTE, &specialization);
+        // A long dispatch is run in parts, which do not begin with workgroup 0.
         let info = vk::ComputePipelineCreateInfo::default()
+            .flags(vk::PipelineCreateFlags::DISPATCH_BASE)
             .stage(stage)
             .layout(layout.raw);
         // SAFETY: module and layout are alive, and a test holds the module against the declared

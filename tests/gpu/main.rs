@@ -79,6 +79,7 @@ mod soft_shadows;
 mod still;
 #[cfg(feature = "measure")]
 mod stress;
+mod submissions;
 mod suit;
 mod techniques_analytic;
 #[cfg(feature = "measure")]
