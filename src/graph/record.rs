@@ -304,8 +304,8 @@ pub(super) struct Recorder<'r> {
 }
 
 impl Recorder<'_> {
-    /// Records some steps, or a share of one, with the barriers before each; the pool returned has to
-    /// live until the commands have run.
+    /// Records some steps, or a share of one, with the barriers before each; the pool returned has
+    /// to live until the commands have run.
     pub(super) fn record(
         &mut self,
         frame: &Frame,
