@@ -9,12 +9,14 @@ use crate::gi::inspect::{Beam, BeamAxis, BeamStart, Channels, Energy, LightSlots
 use crate::gi::registry;
 use crate::gi::shared::screen::{self, Screen};
 use crate::gi::{Change, Context, IndirectLight, Inputs, MapNeeds, Settings, Technique};
-use crate::graph::{Error, Frame, FrameStats, Gpu, Handover, HostCommands, Recorded};
+use crate::graph::{
+    Error, Frame, FrameStats, Gpu, Handover, HostCommands, Image as GpuImage, Recorded,
+};
 use crate::image::{Aov, Image, IndirectImage};
 use crate::render::{
     Follows, GBuffer, GpuScene, KEEP_POSE, LightCascades, LightMaps, MapChannel, Output, SET_POSE,
-    ShadowSettings, SurfaceChannel, UNDERSAMPLED, Watcher, read_aov, read_indirect, read_light_map,
-    read_pixel, read_surface, screen_image, undersampled,
+    ShadowSettings, SurfaceChannel, Terms, UNDERSAMPLED, Watcher, read_aov, read_indirect,
+    read_light_map, read_pixel, read_surface, screen_image, undersampled,
 };
 use crate::scene::{Camera, Environment, Light, Scene};
 
@@ -415,6 +417,22 @@ impl<'g> Renderer<'g> {
         let image = read_aov(self.gpu, &self.gbuffer, &self.output, light, aov)?;
         let made = || self.screen.discontinuity(self.gpu, &self.gbuffer, camera);
         image.map_or_else(made, Ok)
+    }
+
+    /// Sums terms of the last frame's light up into an RGBA32F image of at least its size (W/(m²
+    /// sr)), which draws may sample from then on. Black where there was no frame.
+    pub fn show(&self, terms: Terms, into: &Arc<GpuImage>) -> Result<(), Error> {
+        let mut frame = Frame::new();
+        match &self.light {
+            Some(light) => {
+                frame.set_scene(&self.scene.set, &self.scene.materials);
+                let of = (&self.gbuffer, light);
+                self.output.draw_terms(&mut frame, of, terms, into);
+            }
+            None => frame.clear_image("frame.show", into, [0.0; 4]),
+        }
+        frame.ready(&[into]);
+        self.gpu.submit(frame).map(drop)
     }
 
     /// The last frame's answer, as the reference gives its own.

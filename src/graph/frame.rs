@@ -415,6 +415,17 @@ impl Frame {
             .for_each(|step| step.is_told = false);
     }
 
+    /// From here on all passes can sample images, and so can what others submit later.
+    pub fn ready(&mut self, images: &[&Arc<Image>]) {
+        for image in images {
+            let resource = Resource::from(*image);
+            let uses = [Access::ComputeSampled, Access::RasterSampled]
+                .map(|access| (resource.clone(), resource.used(access)));
+            let name = format!("ready {}", image.name());
+            self.push_untold(name, uses.to_vec(), Work::Nothing);
+        }
+    }
+
     /// Bytes to the start of a buffer, at most [`SET_BYTES`] and whole words, which the commands
     /// themselves hold.
     pub(super) fn set(&mut self, name: String, buffer: &Arc<Buffer>, bytes: &[u8]) {

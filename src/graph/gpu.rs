@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::frame::{Frame, Resource, Work};
+use super::frame::Frame;
 use super::journal::JournalFrame;
 use super::pace::{LONGEST_MS, Pace};
+use super::plan::Barrier;
 use super::runner::{Recorded, Runner};
 use super::sets::{MATERIAL_TEXTURES, MaterialSet, SceneBindings, SceneSet, SharedSets};
 use super::stats::{FrameStats, HostWork};
-use super::{Access, plan::Barrier};
 use crate::vulkan::{
     AccelerationStructure, Adapter, Buffer, BufferDesc, Device, DeviceChoice, DeviceInfo,
     DeviceKind, Error, Faults, Features, Handover, HostCommands, Image, ImageDesc, Instance,
@@ -175,13 +175,7 @@ impl Gpu {
     /// Images can be sampled from now on.
     pub fn make_ready(&self, images: &[&Arc<Image>]) {
         let mut frame = Frame::new();
-        for image in images {
-            let resource = Resource::from(*image);
-            let uses = [Access::ComputeSampled, Access::RasterSampled]
-                .map(|access| (resource.clone(), resource.used(access)));
-            let name = format!("ready {}", image.name());
-            frame.push_untold(name, uses.to_vec(), Work::Nothing);
-        }
+        frame.ready(images);
         self.enqueue(frame);
     }
 

@@ -49,6 +49,8 @@ mod record;
 mod runner;
 mod sets;
 pub mod stats;
+#[cfg(feature = "tracy")]
+mod tracy;
 mod transfer;
 
 pub use access::{Access, Sync};

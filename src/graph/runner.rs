@@ -24,6 +24,8 @@ pub(super) struct Runner {
     shared: Arc<SharedSets>,
     trace: bool,
     pub(super) pace: Pace,
+    #[cfg(feature = "tracy")]
+    zones: super::tracy::Zones,
     /// Those in which nothing runs.
     slots: Vec<Slot>,
     /// Oldest first.
@@ -103,6 +105,11 @@ impl Runner {
             shared: Arc::clone(shared),
             trace,
             pace,
+            #[cfg(feature = "tracy")]
+            zones: super::tracy::Zones::new(
+                &device.adapter().info.name,
+                device.adapter().limits.timestamp_period_ns,
+            ),
             slots: (0..FRAMES_IN_FLIGHT)
                 .map(|_| slot())
                 .collect::<Result<_, Error>>()?,
@@ -296,6 +303,9 @@ impl Runner {
         }
         self.state = state;
         if self.pace.isolates() {
+            #[cfg(feature = "tracy")]
+            self.zones
+                .add(&frame.steps, &slot.timestamps.read(ticks_of(frame)));
             self.slots.push(slot);
             let mut stats = FrameStats::default();
             tell(&mut stats, &frame.steps, &submitted.host_ms);
@@ -440,6 +450,8 @@ impl Runner {
         let ticks = slot.timestamps.read(ticks_of(&frame));
         self.slots.push(slot);
         done.map_err(|result| failure(&frame, &ticks, result))?;
+        #[cfg(feature = "tracy")]
+        self.zones.add(&frame.steps, &ticks);
         let mut stats = FrameStats::default();
         let ms = self.pass_ms(&ticks);
         for (step, ms) in frame.steps.iter().zip(&ms) {

@@ -38,6 +38,7 @@ pub use screen::output::{
     screen_image_of,
 };
 pub use screen::receivers::{PICK, Picked, Receivers};
+pub use screen::terms_view::{TERMS_VIEW, Terms, TermsParams};
 
 use crate::graph::Pass;
 use crate::shader::{GpuStruct, StructLayout};
@@ -63,6 +64,7 @@ pub static PASSES: &[&Pass] = &[
     &DIRECT,
     &COMPOSITE,
     &PICK,
+    &TERMS_VIEW,
 ];
 
 /// The structs that this module shares with shaders, without the parameters of passes.

@@ -791,6 +791,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/render/screen/gbuffer_motion.vert.spv"),
     ),
     ("render/screen/pick.comp", include_bytes!("../../spirv/render/screen/pick.comp.spv")),
+    (
+        "render/screen/terms_view.comp",
+        include_bytes!("../../spirv/render/screen/terms_view.comp.spv"),
+    ),
     ("test/color.frag", include_bytes!("../../spirv/test/color.frag.spv")),
     ("test/copy.comp", include_bytes!("../../spirv/test/copy.comp.spv")),
     ("test/count.frag", include_bytes!("../../spirv/test/count.frag.spv")),
@@ -805,4 +809,6 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     ("test/sh.comp", include_bytes!("../../spirv/test/sh.comp.spv")),
     ("test/store3d.comp", include_bytes!("../../spirv/test/store3d.comp.spv")),
     ("test/through.geom", include_bytes!("../../spirv/test/through.geom.spv")),
+    ("view/picture.frag", include_bytes!("../../spirv/view/picture.frag.spv")),
+    ("view/picture.vert", include_bytes!("../../spirv/view/picture.vert.spv")),
 ];

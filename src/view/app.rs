@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
@@ -164,12 +165,15 @@ impl App {
             }
             self.remembered.write(path);
         }
-        let mut messages = self.worker.finish();
-        if let Some(window) = self.window.take() {
-            let ours = window.messages.clone();
+        // All that is on the device goes before it, and what is left is told.
+        self.worker.stop();
+        (self.session.newest, self.canvas) = ([None, None], Canvas::default());
+        let messages = self.window.take().map(|window| {
+            let messages = window.messages.clone();
             drop(window);
-            messages.extend(ours.list());
-        }
+            messages.list()
+        });
+        let messages = messages.unwrap_or_default();
         match (self.failure, messages.first()) {
             (Some(failure), _) => Err(failure),
             (None, Some(first)) => Err(ViewError::Validation {
@@ -222,7 +226,6 @@ impl App {
             .iter()
             .filter_map(|file| file.path.clone())
             .collect();
-        let window_device = window.painter.device_name().to_owned();
         // What is drawn of it is drawn again until it is false.
         let is_busy = self.worker.is_busy();
         let mut scope = Scope {
@@ -235,7 +238,6 @@ impl App {
                 .collect(),
             is_busy,
             errors: self.canvas.errors(),
-            window_device: &window_device,
             window_size: size,
             rate: self.drawn.len() as f32,
         };
@@ -256,6 +258,7 @@ impl App {
             textures: &output.textures_delta,
             primitives: &primitives,
             pixels_per_point: output.pixels_per_point,
+            pictures: &self.panels.pictures,
         };
         let Some(window) = &mut self.window else {
             return Ok(());
@@ -334,6 +337,7 @@ impl App {
                     self.session.newest[pane.min(1)] = None;
                     self.session.problem = Some(problem);
                 }
+                Event::Numbers { of, image } => self.session.take_numbers(of, image),
                 Event::Suited(answer) => self.session.take_suited(answer),
                 Event::Traced(answer) => self.session.beam.answer = Some(*answer),
                 Event::NoDevice(problem) => self.session.problem = Some(problem),
@@ -405,6 +409,7 @@ impl App {
         if !held {
             self.redraw_by(self.session.rests_at());
         }
+        self.worker.read_all(self.panels.pointer.is_some());
         if let Some(beam) = self.session.next_beam() {
             self.worker.ask_beam(beam);
         }
@@ -500,7 +505,11 @@ impl App {
         };
         let (view, look) = (&VIEWS[picture.view], self.session.look());
         let Some(image) = &picture.image else {
-            return Err(format!("there is no {} here", view.name));
+            return Err(if picture.is_there() {
+                "the picture's numbers are not read yet; save it when it is at rest".to_owned()
+            } else {
+                format!("there is no {} here", view.name)
+            });
         };
         let written = match path
             .extension()
@@ -577,6 +586,7 @@ impl ApplicationHandler<()> for App {
         match Window::open(event_loop, &self.options, &self.remembered, &self.ctx) {
             Ok(window) => {
                 window.raw.request_redraw();
+                self.worker.open(Arc::clone(&window.device));
                 self.window = Some(window);
             }
             Err(failure) => self.fail(event_loop, failure),

@@ -3,7 +3,7 @@
 use std::ffi::OsStr;
 
 use super::pane::rest_frames;
-use super::picture::{Components, Look, ToneMap};
+use super::picture::{Look, ToneMap, aov_of};
 use super::views::{Source, View};
 use super::worker::PaneJob;
 use crate::image::Aov;
@@ -130,8 +130,7 @@ impl Wanted<'_> {
         }
         match self.view.source {
             Source::Aov(Aov::Full) => {
-                let components: Components = self.pane.components;
-                components.aov().map(Shown::Aov).ok_or_else(|| {
+                aov_of(self.pane.components).map(Shown::Aov).ok_or_else(|| {
                     "`lumivox render` has no output of these components alone; save the picture \
                      instead"
                         .to_owned()

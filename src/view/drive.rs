@@ -274,7 +274,12 @@ impl App {
             Action::Frames(count) => {
                 self.session.continuous = self.frames - began.frames < u64::from(*count);
                 // The pictures of the frames are there too: at least one, however slow.
-                !self.session.continuous && self.session.pictures() > began.pictures
+                let pictures = self.session.pictures() - began.pictures;
+                let is_done = !self.session.continuous && pictures > 0;
+                if is_done {
+                    eprintln!("frames: {count}, and {pictures} pictures came");
+                }
+                is_done
             }
             Action::Still => {
                 if self.session.has_failed() {

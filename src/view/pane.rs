@@ -1,6 +1,9 @@
 //! One side of the window, on the render thread: a renderer that is kept for as long as it fits.
 
+use std::sync::Arc;
 use std::time::Instant;
+
+use glam::Vec4;
 
 use super::beam::{BeamAnswer, BeamJob};
 use super::views::{Source, VIEWS, View};
@@ -8,9 +11,9 @@ use super::worker::{Job, PaneJob, Picture};
 use crate::frame::{FrameSettings, Renderer};
 use crate::gi::Settings;
 use crate::gi::entry::{Entry, Suited};
-use crate::graph::{Error, FrameStats, Gpu};
-use crate::image::Aov;
-use crate::render::{GpuScene, RSM, SHADOW_MAPS, ShadowSettings};
+use crate::graph::{Error, FrameStats, Gpu, Image as GpuImage};
+use crate::image::Image;
+use crate::render::{GpuScene, RSM, SHADOW_MAPS, ShadowSettings, Terms, screen_image};
 use crate::scene::{Camera, Environment, Light};
 
 /// How long a picture may take while something moves (ms).
@@ -39,6 +42,10 @@ pub(super) struct Pane<'g> {
     pixel_ms: f64,
     /// What the newest picture was of: job, and whether it was in full.
     shown: Option<(u64, bool)>,
+    /// Light that was shown; the window may still show it.
+    lights: Vec<Arc<GpuImage>>,
+    /// What the newest picture shows of its light, until its numbers have been read.
+    unread: Option<Terms>,
     /// Where the camera was in the last frame.
     camera: Option<Camera>,
 }
@@ -135,6 +142,8 @@ impl<'g> Pane<'g> {
             frames: 0,
             pixel_ms: 0.0,
             shown: None,
+            lights: Vec::new(),
+            unread: None,
             camera: None,
         });
         Ok(())
@@ -214,14 +223,20 @@ impl<'g> Pane<'g> {
         self.camera = Some(job.camera);
         self.shown = Some((job.id, is_full));
         let view = &VIEWS[wanted.view];
-        let image = if view.source == Source::Aov(Aov::Full) {
-            Some(wanted.components.read(&self.renderer)?)
-        } else {
-            view.read(&self.renderer, wanted.layer)?
+        self.unread = view.terms(wanted.components);
+        let (light, image) = match self.unread {
+            Some(terms) => {
+                let light = self.light(gpu)?;
+                self.renderer.show(terms, &light)?;
+                (Some(light), None)
+            }
+            None => (None, view.read(&self.renderer, wanted.layer)?),
         };
         Ok(Some(Picture {
             job: job.id,
             pane: index,
+            size: image.as_ref().map_or(size, |image| image.size().into()),
+            light,
             image,
             view: wanted.view,
             is_full,
@@ -233,6 +248,38 @@ impl<'g> Pane<'g> {
             layers: self.layers(view),
             memory: gpu.memory(),
         }))
+    }
+
+    /// An image for light that nobody shows any more, or a new one.
+    fn light(&mut self, gpu: &Gpu) -> Result<Arc<GpuImage>, Error> {
+        let mut unused = self
+            .lights
+            .iter()
+            .filter(|light| Arc::strong_count(light) == 1);
+        if let Some(light) = unused.next() {
+            return Ok(Arc::clone(light));
+        }
+        let light = screen_image(gpu, "window.light", self.renderer.capacity())?;
+        self.lights.push(Arc::clone(&light));
+        Ok(light)
+    }
+
+    /// The numbers of the newest picture, where it is light, in full, and they were not read yet.
+    pub(super) fn numbers(&mut self, gpu: &Gpu, job: &Job) -> Result<Option<Image>, Error> {
+        let is_shown = self.shown == Some((job.id, true));
+        let Some(terms) = self.unread.take().filter(|_| is_shown) else {
+            return Ok(None);
+        };
+        // The window may be sampling the image that it shows.
+        let light = self.light(gpu)?;
+        self.renderer.show(terms, &light)?;
+        let texels: Vec<Vec4> = bytemuck::pod_collect_to_vec(&gpu.read_image(&light, 0, 0)?);
+        let columns = light.extent(0)[0] as usize;
+        let [width, height] = job.size;
+        Ok(Some(Image::from_fn(width, height, |pixel| {
+            let (x, y) = (pixel % width as usize, pixel / width as usize);
+            texels[y * columns + x].truncate()
+        })))
     }
 
     /// What a technique chooses for the scene.

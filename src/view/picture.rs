@@ -5,96 +5,58 @@ use std::sync::OnceLock;
 use glam::Vec3;
 
 use super::views::View;
-use crate::frame::Renderer;
 use crate::gi::inspect::Scale;
-use crate::graph::Error;
 use crate::image::{Aov, Image, heat_color, luminance, srgb_from_linear};
+use crate::render::Terms;
 
-/// Which terms of L = L_e + L_direct + ρ/π · E_i + L_s are shown.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Components {
-    /// L_direct, light of lamps that is reflected once.
-    pub(super) direct: bool,
-    /// ρ/π · E_i, indirect diffuse radiance.
-    pub(super) diffuse: bool,
-    /// L_s, indirect specular radiance.
-    pub(super) specular: bool,
-    /// L_e, and the environment where there is no surface.
-    pub(super) emission: bool,
-    /// Everything times the ambient visibility: for looks only, off in the radiometric contract.
-    pub(super) visibility: bool,
+/// The output of `lumivox render` that shows these terms; `None` where there is none.
+pub(super) fn aov_of(terms: Terms) -> Option<Aov> {
+    let Terms {
+        direct,
+        diffuse,
+        specular,
+        emission,
+        visibility,
+    } = terms;
+    match (direct, diffuse, specular, emission, visibility) {
+        (true, true, true, true, false) => Some(Aov::Full),
+        (true, false, false, false, false) => Some(Aov::Direct),
+        (false, true, true, false, false) => Some(Aov::Indirect),
+        (false, false, false, true, false) => Some(Aov::Emission),
+        (false, false, true, false, false) => Some(Aov::Specular),
+        _ => None,
+    }
 }
 
-impl Default for Components {
-    fn default() -> Self {
-        Components {
+/// The terms that an output of `lumivox render` is the sum of; `None` where it is no such sum.
+pub(super) fn terms_of(aov: Aov) -> Option<Terms> {
+    let none = Terms::NONE;
+    Some(match aov {
+        Aov::Full => Terms::ALL,
+        Aov::Direct => Terms {
             direct: true,
+            ..none
+        },
+        Aov::Indirect => Terms {
             diffuse: true,
             specular: true,
+            ..none
+        },
+        Aov::Specular => Terms {
+            specular: true,
+            ..none
+        },
+        Aov::Emission => Terms {
             emission: true,
-            visibility: false,
-        }
-    }
-}
-
-impl Components {
-    /// The output of `lumivox render` that is the same picture; `None` where there is none.
-    pub(super) fn aov(self) -> Option<Aov> {
-        match (
-            self.direct,
-            self.diffuse,
-            self.specular,
-            self.emission,
-            self.visibility,
-        ) {
-            (true, true, true, true, false) => Some(Aov::Full),
-            (true, false, false, false, false) => Some(Aov::Direct),
-            (false, true, true, false, false) => Some(Aov::Indirect),
-            (false, false, false, true, false) => Some(Aov::Emission),
-            _ => None,
-        }
-    }
-
-    /// The sum of the terms of the last frame.
-    pub(super) fn read(self, renderer: &Renderer<'_>) -> Result<Image, Error> {
-        if let Some(aov) = self.aov() {
-            return renderer.aov(aov);
-        }
-        let specular = renderer.aov(Aov::Specular)?;
-        let mut sum = Image::new(specular.width, specular.height);
-        let mut add = |image: &Image, sign: f32| {
-            sum.pixels
-                .iter_mut()
-                .zip(&image.pixels)
-                .for_each(|(pixel, term)| *pixel += sign * *term)
-        };
-        if self.direct {
-            add(&renderer.aov(Aov::Direct)?, 1.0);
-        }
-        if self.diffuse {
-            add(&renderer.aov(Aov::Indirect)?, 1.0);
-        }
-        if self.diffuse != self.specular {
-            add(&specular, if self.specular { 1.0 } else { -1.0 });
-        }
-        if self.emission {
-            add(&renderer.aov(Aov::Emission)?, 1.0);
-        }
-        if self.visibility {
-            let visibility = renderer.aov(Aov::Visibility)?;
-            let depth = renderer.aov(Aov::Depth)?;
-            let open = visibility
-                .pixels
-                .iter()
-                .zip(&depth.pixels)
-                .map(|(visibility, depth)| if depth.x > 0.0 { visibility.x } else { 1.0 });
-            sum.pixels
-                .iter_mut()
-                .zip(open)
-                .for_each(|(pixel, open)| *pixel *= open);
-        }
-        Ok(sum)
-    }
+            ..none
+        },
+        Aov::Diffuse
+        | Aov::Visibility
+        | Aov::Albedo
+        | Aov::Normal
+        | Aov::Depth
+        | Aov::Discontinuity => return None,
+    })
 }
 
 /// How light becomes 0 to 1.
@@ -163,6 +125,11 @@ struct EncodeTable {
     codes: Vec<u8>,
     /// By code: the smallest value that has it.
     least: Vec<f32>,
+}
+
+/// By sRGB code of 8 bits: the smallest light that has it.
+pub(super) fn least_light() -> &'static [f32] {
+    &EncodeTable::get().least
 }
 
 const TABLE_STEPS: usize = 4096;
@@ -376,25 +343,20 @@ mod tests {
     }
 
     #[test]
-    fn components_name_the_outputs_that_they_are() {
-        let all = Components::default();
-        assert_eq!(all.aov(), Some(Aov::Full));
-        assert_eq!(
-            Components {
-                direct: false,
-                emission: false,
-                ..all
-            }
-            .aov(),
-            Some(Aov::Indirect)
-        );
-        assert_eq!(
-            Components {
-                visibility: true,
-                ..all
-            }
-            .aov(),
-            None
-        );
+    fn terms_name_the_outputs_that_they_are() {
+        for aov in Aov::ALL {
+            let terms = terms_of(aov);
+            assert!(
+                terms.is_none_or(|terms| aov_of(terms) == Some(aov)),
+                "{aov}"
+            );
+        }
+        let sums = Aov::ALL.iter().filter(|aov| terms_of(**aov).is_some());
+        assert_eq!(sums.count(), 5);
+        let looks = Terms {
+            visibility: true,
+            ..Terms::ALL
+        };
+        assert_eq!(aov_of(looks), None);
     }
 }

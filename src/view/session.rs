@@ -10,7 +10,7 @@ use glam::Vec3;
 
 use super::beam::{BeamAnswer, BeamJob, BeamState};
 use super::camera::{Controls, DEG_PER_POINT};
-use super::picture::{Components, Look, ToneMap};
+use super::picture::{Look, ToneMap};
 use super::simulator::{Order, SimulatorState};
 use super::sky::{MadeSky, WantedSky};
 use super::suit::{Suit, SuitAnswer, SuitJob};
@@ -19,9 +19,9 @@ use super::views::VIEWS;
 use super::worker::{Job, PaneJob, Picture};
 use crate::gi::entry::{Entry, Suited};
 use crate::gi::{SettingError, Settings};
-use crate::image::Aov;
+use crate::image::{Aov, Image};
 use crate::reference::Bounces;
-use crate::render::ShadowSettings;
+use crate::render::{ShadowSettings, Terms};
 use crate::scene::{Environment, Light, LoadOptions, Scene};
 
 /// How long after the last change the picture counts as at rest.
@@ -165,7 +165,7 @@ pub(super) struct Session {
     pub(super) divider: f32,
     pub(super) view: usize,
     pub(super) layer: u32,
-    pub(super) components: Components,
+    pub(super) components: Terms,
     pub(super) beam: BeamState,
     pub(super) simulator: SimulatorState,
     /// Exposure (stops), 0 for none.
@@ -266,7 +266,7 @@ impl Session {
             divider: 0.5,
             view: 0,
             layer: 0,
-            components: Components::default(),
+            components: Terms::ALL,
             beam: BeamState::default(),
             simulator: SimulatorState::default(),
             exposure_ev: 0.0,
@@ -327,7 +327,7 @@ impl Session {
         let choice = &self.choices[index];
         // The reference is compared with all light.
         let (view, components) = if self.compare == Compare::Difference {
-            (0, Components::default())
+            (0, Terms::ALL)
         } else {
             (self.view, self.components)
         };
@@ -523,6 +523,14 @@ impl Session {
         });
     }
 
+    /// Takes the numbers of a picture that is shown already.
+    pub(super) fn take_numbers(&mut self, (pane, job): (usize, u64), image: Image) {
+        let newest = self.newest[pane.min(1)].as_mut();
+        if let Some(newest) = newest.filter(|newest| newest.picture.job == job) {
+            newest.picture.image = Some(image);
+        }
+    }
+
     /// How many pictures came back.
     pub(super) fn pictures(&self) -> u64 {
         self.pictures
@@ -542,7 +550,7 @@ impl Session {
         let done = |newest: &Option<Newest>| {
             newest
                 .as_ref()
-                .is_some_and(|newest| newest.picture.job == asked.id && newest.picture.is_full)
+                .is_some_and(|newest| newest.picture.job == asked.id && newest.picture.is_whole())
         };
         asked.size == self.size && self.newest[..asked.panes.len()].iter().all(done)
     }

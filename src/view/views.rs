@@ -3,12 +3,13 @@
 
 use std::sync::LazyLock;
 
+use super::picture::terms_of;
 use crate::frame::Renderer;
 use crate::gi::inspect::{Scale, ViewRow};
 use crate::gi::registry;
 use crate::graph::Error;
 use crate::image::{Aov, Image};
-use crate::render::{MapChannel, SurfaceChannel};
+use crate::render::{MapChannel, SurfaceChannel, Terms};
 
 /// Where a view's picture is from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -224,6 +225,16 @@ impl View {
     /// Whether its picture has the shape of a light map instead of the window's.
     pub(super) fn is_map(&self) -> bool {
         self.layers() == Some(Layers::Maps)
+    }
+
+    /// The terms of a frame's light that it shows, of which `full` has those that are switched on;
+    /// `None` where it shows something else.
+    pub(super) fn terms(&self, components: Terms) -> Option<Terms> {
+        match self.source {
+            Source::Aov(Aov::Full) => Some(components),
+            Source::Aov(aov) => terms_of(aov),
+            Source::Surface(_) | Source::LightMap(_) | Source::Own(_) => None,
+        }
     }
 
     /// Reads the last frame's picture; `None` where this technique or scene has none.

@@ -7,17 +7,26 @@ use winit::dpi::{LogicalSize, PhysicalSize};
 use winit::event_loop::ActiveEventLoop;
 use winit::window::{Fullscreen, Window as Raw};
 
+use super::picture::least_light;
 use super::store::Remembered;
 use super::{Options, ViewError};
-use crate::vulkan::{Device, Error, Instance, InstanceOptions, Messages, Painter, Surface};
+use crate::shader;
+use crate::vulkan::{
+    Device, Error, Instance, InstanceOptions, Messages, Painter, PictureShaders, PlacedPicture,
+    Surface,
+};
 
-/// A window with a device of its own.
+/// Grey where there is nothing, of 255.
+const BACKGROUND: u8 = 12;
+
+/// A window, and the device that draws it and all that is in it.
 pub(super) struct Window {
     // In the order in which they are dropped.
     pub(super) painter: Painter,
     pub(super) egui: egui_winit::State,
     pub(super) raw: Arc<Raw>,
     pub(super) messages: Messages,
+    pub(super) device: Arc<Device>,
 }
 
 impl Window {
@@ -53,8 +62,15 @@ impl Window {
             ..options.gpu.instance()
         })?;
         let surface = Surface::new(&instance, &raw)?;
-        let device = Device::for_surface(&instance, &options.gpu.device, &surface)?;
-        let painter = Painter::new(&device, &surface, options.vsync.unwrap_or(remembered.vsync))?;
+        let cache_dir = options.gpu.cache_dir.as_deref();
+        let device = Device::for_surface(&instance, &options.gpu.device, &surface, cache_dir)?;
+        let shaders = PictureShaders {
+            vertex: shader::words("view/picture.vert")?,
+            fragment: shader::words("view/picture.frag")?,
+            least: least_light().to_vec(),
+        };
+        let vsync = options.vsync.unwrap_or(remembered.vsync);
+        let painter = Painter::new(&device, &surface, vsync, shaders)?;
         let most = usize::try_from(device.adapter().limits.extent_2d).ok();
         let scale = raw.scale_factor() as f32;
         let egui = egui_winit::State::new(
@@ -70,6 +86,7 @@ impl Window {
             egui,
             raw,
             messages: instance.messages().clone(),
+            device,
         };
         if options.size.is_none() && remembered.fullscreen {
             window.set_fullscreen(true);
@@ -120,6 +137,8 @@ impl Window {
             textures: output.textures,
             primitives: output.primitives,
             pixels_per_point: output.pixels_per_point,
+            background: f32::from(BACKGROUND) / 255.0,
+            pictures: output.pictures,
             capture,
         })
     }
@@ -130,4 +149,6 @@ pub(super) struct PaintOutput<'o> {
     pub(super) textures: &'o egui::TexturesDelta,
     pub(super) primitives: &'o [egui::ClippedPrimitive],
     pub(super) pixels_per_point: f32,
+    /// Beneath the shapes.
+    pub(super) pictures: &'o [PlacedPicture],
 }

@@ -1,8 +1,9 @@
 //! The thread that renders, so that the window answers while a frame takes seconds.
 //!
-//! It has a device of its own: neither its queue nor its waits are shared with the window's. It
-//! works on one job at a time, the newest, and sends results back as events. A picture at rest has
-//! the full size, and is made from the same state as a picture of `lumivox render`.
+//! It works on one job at a time, the newest, and sends results back as events. A picture at rest
+//! has the full size, and is made from the same state as a picture of `lumivox render`. Light stays
+//! on the device, which is the window's; its submissions are short, so that the window's come in
+//! between.
 
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
@@ -10,15 +11,17 @@ use std::time::{Duration, Instant};
 
 use super::beam::{BeamAnswer, BeamJob};
 use super::pane::Pane;
-use super::picture::Components;
 use super::suit::{SuitAnswer, SuitJob};
 use crate::gi::Settings;
 use crate::gi::entry::Entry;
-use crate::graph::{FrameStats, Gpu, GpuOptions, Messages};
+use crate::graph::{Device, FrameStats, Gpu, GpuOptions, Image as GpuImage};
 use crate::image::Image;
-use crate::render::ShadowSettings;
+use crate::render::{ShadowSettings, Terms};
 use crate::scene::{Camera, Environment, Light, Scene};
 use crate::text::counted;
+
+/// How long a frame of the window may wait for one of the thread's submissions (ms).
+const LONGEST_SUBMISSION_MS: f64 = 20.0;
 
 /// What one side of the window is to show.
 #[derive(Clone)]
@@ -32,7 +35,7 @@ pub(super) struct PaneJob {
     /// Which light map, for views of those.
     pub(super) layer: u32,
     /// Terms of the view `full`.
-    pub(super) components: Components,
+    pub(super) components: Terms,
 }
 
 /// What the window is to show.
@@ -66,8 +69,13 @@ pub(super) struct Picture {
     pub(super) job: u64,
     /// 0 left, 1 right.
     pub(super) pane: usize,
-    /// The view's numbers; `None` where technique or scene have no such picture.
+    /// What is shown, RGBA32F, where it is light (W/(m² sr)).
+    pub(super) light: Option<Arc<GpuImage>>,
+    /// The view's numbers; of light only where they were read. Without both, technique or scene
+    /// have no such picture.
     pub(super) image: Option<Image>,
+    /// Width and height (px).
+    pub(super) size: [u32; 2],
     /// Position in [`super::views::VIEWS`].
     pub(super) view: usize,
     /// Whether it has the size that was asked for.
@@ -76,7 +84,7 @@ pub(super) struct Picture {
     pub(super) stats: FrameStats,
     /// What the last build cost, where this frame was the first after it.
     pub(super) build: Option<FrameStats>,
-    /// The frame with its reading back (ms).
+    /// The frame, with what it waits for (ms).
     pub(super) wall_ms: f64,
     /// When the window could first take it.
     pub(super) ready: Instant,
@@ -88,12 +96,30 @@ pub(super) struct Picture {
     pub(super) memory: Vec<(String, u64)>,
 }
 
+impl Picture {
+    /// Whether it is in full, and so are its numbers.
+    pub(super) fn is_whole(&self) -> bool {
+        self.is_full && (self.light.is_none() || self.image.is_some())
+    }
+
+    /// Whether there is anything to see.
+    pub(super) fn is_there(&self) -> bool {
+        self.light.is_some() || self.image.is_some()
+    }
+}
+
 /// What the worker says.
 pub(super) enum Event {
     /// The device is open: its name.
     Opened(String),
     /// A side's picture is finished.
     Picture(Box<Picture>),
+    /// The numbers of a side's picture in full that was sent before.
+    Numbers {
+        /// The side, 0 left, and the job.
+        of: (usize, u64),
+        image: Image,
+    },
     /// A beam with its samples.
     Traced(Box<BeamAnswer>),
     /// What was chosen for the scene.
@@ -113,11 +139,14 @@ pub(super) enum Event {
 
 #[derive(Default)]
 struct Inbox {
+    device: Option<Arc<Device>>,
     job: Option<Job>,
     modules: Vec<(String, Vec<u32>)>,
     beam: Option<BeamJob>,
     suit: Option<SuitJob>,
     quit: bool,
+    /// Whether numbers are wanted of pictures in full that follow each other.
+    reads: bool,
     /// Whether a job is being worked on.
     busy: bool,
 }
@@ -135,7 +164,6 @@ struct Shared {
     wake: Condvar,
     events: Mutex<Vec<Event>>,
     answered: Condvar,
-    messages: Mutex<Option<Messages>>,
 }
 
 impl Shared {
@@ -165,6 +193,17 @@ impl Worker {
             shared,
             thread: Some(thread),
         })
+    }
+
+    /// Begins to work, on the window's device.
+    pub(super) fn open(&self, device: Arc<Device>) {
+        self.shared.inbox().device = Some(device);
+        self.shared.wake.notify_one();
+    }
+
+    /// Whether numbers are wanted of each picture while pictures follow each other.
+    pub(super) fn read_all(&self, reads: bool) {
+        self.shared.inbox().reads = reads;
     }
 
     /// Asks for this instead of whatever was asked for before.
@@ -222,18 +261,8 @@ impl Worker {
         std::mem::take(&mut *waited.unwrap_or_else(PoisonError::into_inner).0)
     }
 
-    /// Ends the thread and answers the validation messages of its device, its end included.
-    pub(super) fn finish(mut self) -> Vec<String> {
-        self.stop();
-        let messages = self
-            .shared
-            .messages
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
-        messages.as_ref().map(Messages::list).unwrap_or_default()
-    }
-
-    fn stop(&mut self) {
+    /// Ends the thread, and forgets what it has sent.
+    pub(super) fn stop(&mut self) {
         self.shared.inbox().quit = true;
         self.shared.wake.notify_one();
         if let Some(thread) = self.thread.take()
@@ -241,6 +270,7 @@ impl Worker {
         {
             log::error!("the render thread panicked");
         }
+        drop(self.events());
     }
 }
 
@@ -262,14 +292,17 @@ fn work(shared: &Shared, options: &GpuOptions, notify: &dyn Fn()) {
         shared.answered.notify_one();
         notify();
     };
-    let gpu = match Gpu::new(options) {
+    let Some(device) = wait_for_device(shared) else {
+        return;
+    };
+    let options = GpuOptions {
+        longest_submission_ms: Some(LONGEST_SUBMISSION_MS),
+        ..options.clone()
+    };
+    let gpu = match Gpu::on(device, &options) {
         Ok(gpu) => gpu,
         Err(error) => return send(Event::NoDevice(error.to_string())),
     };
-    *shared
-        .messages
-        .lock()
-        .unwrap_or_else(PoisonError::into_inner) = Some(gpu.messages());
     send(Event::Opened(gpu.info().name.clone()));
     let mut panes: [Option<Pane<'_>>; 2] = [None, None];
     let mut last: Option<Job> = None;
@@ -329,6 +362,14 @@ fn work(shared: &Shared, options: &GpuOptions, notify: &dyn Fn()) {
     }
 }
 
+/// The device of the window, once there is one; `None` where the thread is to end.
+fn wait_for_device(shared: &Shared) -> Option<Arc<Device>> {
+    let inbox = shared.inbox();
+    let waits = |inbox: &mut Inbox| !inbox.quit && inbox.device.is_none();
+    let waited = shared.wake.wait_while(inbox, waits);
+    waited.unwrap_or_else(PoisonError::into_inner).device.take()
+}
+
 /// Renders all sides: each first as large as is quick, then, at rest, in full. Ends early where
 /// something newer is wanted.
 fn serve<'g>(
@@ -359,11 +400,20 @@ fn serve<'g>(
                 Some(pane) => pane.render(gpu, job, index, is_full),
                 None => Ok(None),
             });
-            match rendered {
-                Ok(Some(mut picture)) => {
+            let sent = rendered.map(|picture| {
+                if let Some(mut picture) = picture {
                     picture.wall_ms = started.elapsed().as_secs_f64() * 1e3;
                     send(Event::Picture(Box::new(picture)));
                 }
+            });
+            let reads = is_full && job.rest && (!job.continuous || shared.inbox().reads);
+            let read = sent.and_then(|()| match slot {
+                Some(pane) if reads => pane.numbers(gpu, job),
+                _ => Ok(None),
+            });
+            let of = (index, job.id);
+            match read {
+                Ok(Some(image)) => send(Event::Numbers { of, image }),
                 Ok(None) => {}
                 Err(error) => {
                     *slot = None;

@@ -16,6 +16,8 @@ pub enum BufferUsage {
     Storage,
     /// Small constants in device memory, which come with the commands of a frame.
     Uniform,
+    /// Constants that the host writes once, before anything reads them.
+    Table,
     /// Written by copies, read by the host.
     Readback,
     /// Written by the host, source of copies.
@@ -57,7 +59,9 @@ impl Buffer {
         let limits = &device.adapter().limits;
         let (limit, available) = match desc.usage {
             BufferUsage::Storage => ("maxStorageBufferRange", limits.storage_buffer_bytes),
-            BufferUsage::Uniform => ("maxUniformBufferRange", limits.uniform_buffer_bytes),
+            BufferUsage::Uniform | BufferUsage::Table => {
+                ("maxUniformBufferRange", limits.uniform_buffer_bytes)
+            }
             BufferUsage::Readback
             | BufferUsage::Staging
             | BufferUsage::Structure
@@ -192,7 +196,9 @@ fn location(usage: BufferUsage) -> MemoryLocation {
         BufferUsage::Storage | BufferUsage::Uniform | BufferUsage::Structure => {
             MemoryLocation::GpuOnly
         }
-        BufferUsage::Staging | BufferUsage::StructureInput => MemoryLocation::CpuToGpu,
+        BufferUsage::Table | BufferUsage::Staging | BufferUsage::StructureInput => {
+            MemoryLocation::CpuToGpu
+        }
         BufferUsage::Readback => MemoryLocation::GpuToCpu,
     }
 }
@@ -236,6 +242,7 @@ fn usage_flags(device: &Device, usage: BufferUsage) -> vk::BufferUsageFlags {
         BufferUsage::Uniform => {
             vk::BufferUsageFlags::TRANSFER_DST | vk::BufferUsageFlags::UNIFORM_BUFFER
         }
+        BufferUsage::Table => vk::BufferUsageFlags::UNIFORM_BUFFER,
         BufferUsage::Readback => vk::BufferUsageFlags::TRANSFER_DST,
         BufferUsage::Staging => vk::BufferUsageFlags::TRANSFER_SRC,
         BufferUsage::Structure => {

@@ -111,7 +111,7 @@ impl Commands {
         // SAFETY: the command buffer is complete, and one thread at a time holds it.
         unsafe {
             device.end_command_buffer(self.raw)?;
-            device.queue_submit2(self.device.queue(), &[submit], self.fence)
+            device.queue_submit2(*self.device.queue(), &[submit], self.fence)
         }
     }
 
@@ -331,11 +331,21 @@ impl Commands {
 
     /// From here on viewport and scissor are a part of the targets: corner, width and height (px).
     pub(crate) fn draw_in(&self, [x, y, width, height]: [u32; 4]) {
+        let viewport = [x, y, width, height].map(|edge| edge as f32);
+        self.draw_at(viewport, [x, y, width, height]);
+    }
+
+    /// From here on this is the viewport, and this the scissor: corner, width and height (px).
+    pub(crate) fn draw_at(
+        &self,
+        [left, top, across, down]: [f32; 4],
+        [x, y, width, height]: [u32; 4],
+    ) {
         let viewport = vk::Viewport {
-            x: x as f32,
-            y: y as f32,
-            width: width as f32,
-            height: height as f32,
+            x: left,
+            y: top,
+            width: across,
+            height: down,
             min_depth: 0.0,
             max_depth: 1.0,
         };

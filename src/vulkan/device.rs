@@ -3,7 +3,7 @@
 use std::ffi::CStr;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use ash::vk;
 
@@ -36,7 +36,8 @@ impl From<&str> for DeviceChoice {
 /// A logical device with one queue for everything.
 pub struct Device {
     raw: ash::Device,
-    queue: vk::Queue,
+    /// Whoever submits or presents holds it: one at a time may.
+    queue: Mutex<vk::Queue>,
     memory: Memory,
     names: Option<ash::ext::debug_utils::Device>,
     conditions: Option<ash::ext::conditional_rendering::Device>,
@@ -109,7 +110,7 @@ impl Device {
         let pipelines = PipelineCache::new(&raw, &properties, cache_dir);
         Ok(Arc::new(Device {
             raw,
-            queue,
+            queue: Mutex::new(queue),
             memory,
             names,
             conditions,
@@ -199,8 +200,9 @@ impl Device {
         self.pipelines.raw()
     }
 
-    pub(super) fn queue(&self) -> vk::Queue {
-        self.queue
+    /// The queue, for as long as the guard lives.
+    pub(super) fn queue(&self) -> MutexGuard<'_, vk::Queue> {
+        self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     pub(super) fn queue_family(&self) -> u32 {

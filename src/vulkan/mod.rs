@@ -21,6 +21,8 @@ mod limits;
 mod memory;
 #[cfg(feature = "view")]
 mod painter;
+#[cfg(feature = "view")]
+mod picture;
 mod pipeline;
 mod pipeline_cache;
 mod query;
@@ -51,6 +53,7 @@ pub use structure::{AccelerationStructure, StructureDesc, StructureKind};
 #[cfg(feature = "view")]
 pub use {
     painter::{Capture, Paint, Painter, Shown},
+    picture::{PictureShaders, PlacedPicture},
     surface::Surface,
 };
 

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use ash::vk;
 use egui_ash_renderer::{DynamicRendering, Options, Renderer, RendererError};
 
+use super::picture::{Drawn, PictureShaders, Pictures, PlacedPicture};
 use super::swapchain::{Acquired, SwapImage, Swapchain};
 use super::{Buffer, BufferDesc, BufferUsage, Context, Device, Error, Owner, Surface};
 
@@ -27,6 +28,10 @@ pub struct Paint<'p> {
     pub primitives: &'p [egui::ClippedPrimitive],
     /// Pixels of a point.
     pub pixels_per_point: f32,
+    /// Grey beneath everything, as egui has it, 0 to 1.
+    pub background: f32,
+    /// Pictures beneath the shapes, back to front.
+    pub pictures: &'p [PlacedPicture],
     /// Whether the picture is read back.
     pub capture: bool,
 }
@@ -46,12 +51,16 @@ struct Slot {
     /// Signalled when the frame has finished; made signalled.
     finished: vk::Fence,
     acquired: vk::Semaphore,
+    /// What its frame draws.
+    drawn: Drawn,
 }
 
 /// A window's swapchain, and egui on it.
 pub struct Painter {
     // In the order in which they are dropped, after everything was waited for.
     egui: Option<(vk::Format, Renderer)>,
+    pictures: Option<Pictures>,
+    shaders: PictureShaders,
     swapchain: Option<Swapchain>,
     slots: Vec<Slot>,
     next: usize,
@@ -63,9 +72,16 @@ pub struct Painter {
 
 impl Painter {
     /// For a surface and a device that was chosen for it.
-    pub fn new(device: &Arc<Device>, surface: &Arc<Surface>, vsync: bool) -> Result<Self, Error> {
+    pub fn new(
+        device: &Arc<Device>,
+        surface: &Arc<Surface>,
+        vsync: bool,
+        shaders: PictureShaders,
+    ) -> Result<Self, Error> {
         let mut painter = Painter {
             egui: None,
+            pictures: None,
+            shaders,
             swapchain: None,
             slots: Vec::new(),
             next: 0,
@@ -94,6 +110,7 @@ impl Painter {
             commands: null.1,
             finished: null.2,
             acquired: null.3,
+            drawn: Drawn::default(),
         });
         let Some(slot) = self.slots.last_mut() else {
             return Ok(());
@@ -173,7 +190,10 @@ impl Painter {
         let (Some(swapchain), Some((_, egui))) = (&self.swapchain, &mut self.egui) else {
             return Ok(Shown::Nothing);
         };
-        let slot = &self.slots[self.next];
+        let Some(pictures) = &self.pictures else {
+            return Ok(Shown::Nothing);
+        };
+        let slot = &mut self.slots[self.next];
         let device = self.device.raw();
         // SAFETY: the fence is signalled, or its frame is under way.
         unsafe { device.wait_for_fences(&[slot.finished], true, u64::MAX) }
@@ -202,9 +222,11 @@ impl Painter {
             slot,
             image,
             extent: swapchain.extent(),
+            format: swapchain.format(),
         };
-        recording.record(egui, paint, capture.as_ref())?;
+        let drawn = recording.record((egui, pictures), paint, capture.as_ref())?;
         recording.submit()?;
+        slot.drawn = drawn;
         self.is_stale |= !swapchain.present(index)? || is_suboptimal;
         self.next = (self.next + 1) % IN_FLIGHT;
         let Some(buffer) = capture else {
@@ -228,7 +250,7 @@ impl Painter {
         if (fits && !self.is_stale) || size.contains(&0) {
             return Ok(());
         }
-        self.wait()?;
+        self.wait_for_all()?;
         let swapchain = Swapchain::new(
             &self.device,
             &self.surface,
@@ -241,6 +263,11 @@ impl Painter {
         let Some(format) = self.swapchain.as_ref().map(Swapchain::format) else {
             return Ok(());
         };
+        let is_srgb = encodes(format);
+        if self.pictures.as_ref().map(Pictures::format) != Some(format) {
+            let made = Pictures::new(&self.device, &self.shaders, (format, is_srgb))?;
+            self.pictures = Some(made);
+        }
         match &mut self.egui {
             Some((known, _)) if *known == format => {}
             Some((known, egui)) => {
@@ -249,10 +276,6 @@ impl Painter {
                 *known = format;
             }
             None => {
-                let is_srgb = matches!(
-                    format,
-                    vk::Format::B8G8R8A8_SRGB | vk::Format::R8G8B8A8_SRGB
-                );
                 let options = Options {
                     in_flight_frames: IN_FLIGHT,
                     srgb_framebuffer: is_srgb,
@@ -282,16 +305,26 @@ impl Painter {
         self.wait()?;
         let pool = self.slots[self.next].pool;
         if let Some((_, egui)) = &mut self.egui {
-            egui.set_textures(self.device.queue(), pool, &textures.set)
+            let queue = self.device.queue();
+            egui.set_textures(*queue, pool, &textures.set)
                 .map_err(egui_error)?;
         }
         Ok(())
     }
 
-    /// Waits for everything that was submitted or is being shown.
+    /// Waits for all of its frames, but not for what others have submitted.
     fn wait(&self) -> Result<(), Error> {
-        // SAFETY: one thread uses the queue.
-        unsafe { self.device.raw().queue_wait_idle(self.device.queue()) }
+        let fences: Vec<_> = self.slots.iter().map(|slot| slot.finished).collect();
+        // SAFETY: each fence is signalled, or its frame is under way.
+        unsafe { self.device.raw().wait_for_fences(&fences, true, u64::MAX) }
+            .during("waiting for the window's frames")
+    }
+
+    /// Waits for everything that was submitted or is being shown.
+    fn wait_for_all(&self) -> Result<(), Error> {
+        let queue = self.device.queue();
+        // SAFETY: the queue is held.
+        unsafe { self.device.raw().queue_wait_idle(*queue) }
             .during("waiting for the window's frames")
     }
 }
@@ -309,7 +342,7 @@ pub enum Shown {
 impl Drop for Painter {
     fn drop(&mut self) {
         // A failure means that the device is lost, which ends all work too.
-        let _ = self.wait();
+        let _ = self.wait_for_all();
         self.egui = None;
         self.swapchain = None;
         let device = self.device.raw();
@@ -326,19 +359,20 @@ impl Drop for Painter {
 
 /// One frame on its way.
 struct Recording<'r> {
-    device: &'r Device,
+    device: &'r Arc<Device>,
     slot: &'r Slot,
     image: SwapImage,
     extent: [u32; 2],
+    format: vk::Format,
 }
 
 impl Recording<'_> {
     fn record(
         &self,
-        egui: &mut Renderer,
+        (egui, pictures): (&mut Renderer, &Pictures),
         paint: &Paint<'_>,
         capture: Option<&Arc<Buffer>>,
-    ) -> Result<(), Error> {
+    ) -> Result<Drawn, Error> {
         let (device, commands) = (self.device.raw(), self.slot.commands);
         let extent = vk::Extent2D {
             width: self.extent[0],
@@ -348,7 +382,8 @@ impl Recording<'_> {
             .image_view(self.image.view)
             .image_layout(vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL)
             .load_op(vk::AttachmentLoadOp::CLEAR)
-            .store_op(vk::AttachmentStoreOp::STORE)];
+            .store_op(vk::AttachmentStoreOp::STORE)
+            .clear_value(background(paint.background, self.format))];
         let rendering = vk::RenderingInfo::default()
             .render_area(vk::Rect2D {
                 offset: vk::Offset2D::default(),
@@ -370,7 +405,8 @@ impl Recording<'_> {
             self.barriers(&[], barriers.next().as_slice());
             device.cmd_begin_rendering(commands, &rendering);
         }
-        let drawn = egui
+        let drawn = pictures.draw(self.device, commands, paint.pictures, self.extent);
+        let shapes = egui
             .cmd_draw(commands, extent, paint.pixels_per_point, paint.primitives)
             .map_err(egui_error);
         // SAFETY: as above; the buffer holds the whole image.
@@ -407,7 +443,7 @@ impl Recording<'_> {
                 .end_command_buffer(commands)
                 .during("ending a command buffer")?;
         }
-        drawn
+        shapes.and(drawn)
     }
 
     fn barriers(
@@ -439,13 +475,13 @@ impl Recording<'_> {
             .wait_semaphore_infos(&waits)
             .command_buffer_infos(&buffers)
             .signal_semaphore_infos(&signals);
-        // SAFETY: the fence's last frame was waited for; one thread uses the queue.
+        // SAFETY: the fence's last frame was waited for; the queue is held.
         unsafe {
             device
                 .reset_fences(&[self.slot.finished])
                 .during("resetting a fence")?;
             device
-                .queue_submit2(self.device.queue(), &[submit], self.slot.finished)
+                .queue_submit2(*self.device.queue(), &[submit], self.slot.finished)
                 .during("drawing the window")
         }
     }
@@ -516,6 +552,28 @@ pub fn capture_barrier(buffer: vk::Buffer) -> vk::BufferMemoryBarrier2<'static> 
         .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
         .buffer(buffer)
         .size(vk::WHOLE_SIZE)
+}
+
+/// Whether what is drawn into a format is encoded to sRGB.
+fn encodes(format: vk::Format) -> bool {
+    matches!(
+        format,
+        vk::Format::B8G8R8A8_SRGB | vk::Format::R8G8B8A8_SRGB
+    )
+}
+
+/// A grey as egui's shaders draw it.
+fn background(grey: f32, format: vk::Format) -> vk::ClearValue {
+    let drawn = if encodes(format) {
+        grey.powf(2.2)
+    } else {
+        grey
+    };
+    vk::ClearValue {
+        color: vk::ClearColorValue {
+            float32: [drawn, drawn, drawn, 1.0],
+        },
+    }
 }
 
 fn rendering(format: vk::Format) -> DynamicRendering {

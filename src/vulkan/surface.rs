@@ -2,6 +2,7 @@
 
 use std::any::Any;
 use std::ffi::CStr;
+use std::path::Path;
 use std::sync::Arc;
 
 use ash::vk;
@@ -100,12 +101,13 @@ impl Surface {
 }
 
 impl Device {
-    /// Chooses and opens a device that can show pictures on a surface. Where the choice cannot, the
-    /// best that can.
+    /// Chooses and opens a device that can show pictures on a surface. Compiled pipelines are kept
+    /// in `cache_dir`.
     pub fn for_surface(
         instance: &Arc<Instance>,
         choice: &DeviceChoice,
         surface: &Surface,
+        cache_dir: Option<&Path>,
     ) -> Result<Arc<Self>, Error> {
         let mut fitting = Vec::new();
         for adapter in instance.adapters()? {
@@ -119,9 +121,7 @@ impl Device {
         if fitting.is_empty() {
             return Err(Error::NoPresent);
         }
-        let adapter =
-            choose(fitting.clone(), choice).or_else(|_| choose(fitting, &DeviceChoice::Best))?;
-        Self::of(instance, adapter, (true, None))
+        Self::of(instance, choose(fitting, choice)?, (true, cache_dir))
     }
 }
 

@@ -181,8 +181,8 @@ impl Swapchain {
             .swapchains(&swapchains)
             .image_indices(&indices);
         // SAFETY: the image was acquired, and the submission that signals its semaphore is under
-        // way. One thread uses the queue.
-        let told = unsafe { self.loader.queue_present(self.device.queue(), &info) };
+        // way. The queue is held.
+        let told = unsafe { self.loader.queue_present(*self.device.queue(), &info) };
         match self.device.planted_present().map_or(told, Err) {
             Ok(is_suboptimal) => Ok(!is_suboptimal),
             Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => Ok(false),

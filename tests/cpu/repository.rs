@@ -620,8 +620,10 @@ fn every_pass_matches_its_modules() {
         .flat_map(modules)
         .map(|(_, stem)| stem)
         .collect();
+    // What draws a window is no pass; its tests run it under validation.
+    let is_of_window = |stem: &str| stem.starts_with("view/");
     let orphans: Vec<&str> = shader::stems()
-        .filter(|stem| !declared.contains(*stem))
+        .filter(|stem| !declared.contains(*stem) && !is_of_window(stem))
         .collect();
     assert!(
         orphans.is_empty(),

@@ -8,7 +8,7 @@ use lumivox::frame::Renderer;
 use lumivox::gi::registry::find;
 use lumivox::graph::GpuOptions;
 use lumivox::image::Aov;
-use lumivox::render::{GpuScene, MapChannel, SurfaceChannel};
+use lumivox::render::{GpuScene, MapChannel, SurfaceChannel, Terms, screen_image};
 use lumivox::scene::{Camera, Light, Scene, camera_toml, lights_toml};
 
 #[test]
@@ -192,6 +192,97 @@ fn reflective_maps_are_as_fine_as_voxels_need() {
                 light.pixels.iter().any(|light| light.y > 0.0),
                 "{technique}, {pairs:?}: it is dark"
             );
+        }
+    }
+}
+
+/// What a window shows of a frame's light is what is read of it, to the bit.
+#[test]
+fn terms_that_are_shown_are_those_that_are_read() {
+    let gpu = gpu();
+    let scene = small_room(Surfaces::Emissive, vec![small_lights()[0].1]);
+    let glossy = small_room(Surfaces::Glossy, vec![small_lights()[0].1]);
+    let none = Terms::NONE;
+    let sums = [
+        (Aov::Full, Terms::ALL),
+        (
+            Aov::Direct,
+            Terms {
+                direct: true,
+                ..none
+            },
+        ),
+        (
+            Aov::Specular,
+            Terms {
+                specular: true,
+                ..none
+            },
+        ),
+        (
+            Aov::Emission,
+            Terms {
+                emission: true,
+                ..none
+            },
+        ),
+        (
+            Aov::Indirect,
+            Terms {
+                diffuse: true,
+                specular: true,
+                ..none
+            },
+        ),
+    ];
+    let read = |light: &_| -> Vec<[f32; 4]> {
+        bytemuck::pod_collect_to_vec(&gpu.read_image(light, 0, 0).unwrap())
+    };
+    for (scene, case) in [
+        (&scene, &default_cases()[1]),
+        (&glossy, &default_cases()[1]),
+    ] {
+        let settings = case.settings(&[("resolution", case.smallest_resolution())]);
+        let (mut renderer, _) =
+            Renderer::new(&gpu, scene, case.entry, &settings, frame(48, 32, 64)).unwrap();
+        let light = screen_image(&gpu, "test.light", [48, 32]).unwrap();
+        renderer.show(Terms::ALL, &light).unwrap();
+        assert!(
+            read(&light).iter().all(|texel| *texel == [0.0; 4]),
+            "before any frame"
+        );
+        renderer.render(&scene.camera).unwrap();
+        let shown_of = |terms| {
+            renderer.show(terms, &light).unwrap();
+            read(&light)
+        };
+        let shown = sums.map(|(aov, terms)| (aov, shown_of(terms)));
+        // Of two terms, one is the sum less the other.
+        let diffuse = shown_of(Terms {
+            diffuse: true,
+            ..none
+        });
+        let looks = shown_of(Terms {
+            visibility: true,
+            ..Terms::ALL
+        });
+        for (aov, shown) in &shown {
+            let read = renderer.aov(*aov).unwrap();
+            let colors = shown.iter().map(|[r, g, b, _]| Vec3::new(*r, *g, *b));
+            assert!(colors.eq(read.pixels.iter().copied()), "{aov}");
+        }
+        let open = renderer.aov(Aov::Visibility).unwrap();
+        let depth = renderer.aov(Aov::Depth).unwrap();
+        for pixel in 0..open.pixels.len() {
+            let [all, specular, indirect] = [0, 2, 4].map(|at| shown[at].1[pixel]);
+            let rest = indirect[0] - specular[0];
+            assert!((diffuse[pixel][0] - rest).abs() <= 1e-6 * indirect[0].abs());
+            let factor = if depth.pixels[pixel].x > 0.0 {
+                open.pixels[pixel].x
+            } else {
+                1.0
+            };
+            assert_eq!(looks[pixel][0], factor * all[0]);
         }
     }
 }

@@ -24,7 +24,7 @@ use lumivox::graph::{
     JournalFrame, Owner, Pass, vk,
 };
 use lumivox::image::Aov;
-use lumivox::render::SurfaceChannel;
+use lumivox::render::{SurfaceChannel, Terms, screen_image};
 use lumivox::scene::{Light, Scene, Specular};
 
 /// Plays what was recorded since the last time, and answers it.
@@ -713,6 +713,8 @@ impl Life {
         for view in entry.views.iter().copied().flatten() {
             renderer.view(view, 0)?;
         }
+        let light = screen_image(gpu, "test.light", [16, 8])?;
+        renderer.show(Terms::ALL, &light)?;
         renderer.trace([8, 4], BeamAxis::Normal, None)?;
         renderer.count_samples()?;
         renderer.energy()?;

@@ -10,12 +10,14 @@ use lumivox::graph::{FrameStats, Gpu, GpuOptions};
 use lumivox::image::{Aov, Image};
 use lumivox::scene::Scene;
 
-/// Pictures of two frames, and what the second cost.
+/// Pictures of a store that was built twice, and what a frame of it costs.
 fn rendered(gpu: &Gpu, case: &Case, scene: &Scene, size: [u32; 2]) -> (Vec<Image>, FrameStats) {
     let settings = case.settings(TINY);
     let frame = frame(size[0], size[1], 64);
     let (mut renderer, _) = Renderer::new(gpu, scene, case.entry, &settings, frame).unwrap();
     renderer.render(&scene.camera).unwrap();
+    // What is built anew is built of what is known.
+    renderer.rebuild().unwrap();
     let stats = renderer.render(&scene.camera).unwrap();
     let pictures = Aov::ALL.map(|aov| renderer.aov(aov).unwrap());
     (pictures.to_vec(), stats)

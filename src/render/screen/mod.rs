@@ -6,3 +6,4 @@ pub(super) mod gbuffer;
 pub(super) mod motion;
 pub(super) mod output;
 pub(super) mod receivers;
+pub(super) mod terms_view;

@@ -1,5 +1,7 @@
 //! The picture: one or two sides and the divider, the mouse on it, and what is under the pointer.
 
+use std::sync::Arc;
+
 use egui::text::{LayoutJob, TextWrapping};
 use egui::{
     Align2, Color32, ColorImage, Context, CursorIcon, FontId, PointerButton, Pos2, Rect, Sense,
@@ -7,9 +9,11 @@ use egui::{
 };
 
 use super::{Scope, beam};
-use crate::view::picture::{Look, develop, difference};
+use crate::graph::Image as GpuImage;
+use crate::view::picture::{Look, ToneMap, develop, difference};
 use crate::view::session::{Compare, Session};
 use crate::view::views::VIEWS;
+use crate::vulkan::PlacedPicture;
 
 /// Behind words over the picture, so that they are read over white too.
 const BACKING: Color32 = Color32::from_black_alpha(240);
@@ -20,7 +24,7 @@ const NARROW: f32 = 300.0;
 /// Where they are narrower than this, errors find none either.
 const TINY: f32 = 100.0;
 
-/// The pictures as textures.
+/// What is shown: light of the device, or textures of what the host has made.
 #[derive(Default)]
 pub(in crate::view) struct Canvas {
     sides: [Option<Side>; 2],
@@ -30,9 +34,17 @@ pub(in crate::view) struct Canvas {
 }
 
 struct Side {
-    texture: TextureHandle,
+    pixels: Pixels,
+    /// Width and height (px).
+    size: [u32; 2],
     /// What it was made of.
     of: (u64, u64, Look),
+}
+
+enum Pixels {
+    /// Drawn beneath the panels.
+    Light(Arc<GpuImage>),
+    Texture(TextureHandle),
 }
 
 impl Side {
@@ -50,18 +62,18 @@ impl Side {
             .map(|&[r, g, b]| Color32::from_rgb(r, g, b))
             .collect();
         let image = ColorImage::new([size.0 as usize, size.1 as usize], pixels);
-        match side {
-            Some(side) => {
-                side.texture.set(image, TextureOptions::NEAREST);
-                side.of = of;
+        let texture = match side.take().map(|side| side.pixels) {
+            Some(Pixels::Texture(mut texture)) => {
+                texture.set(image, TextureOptions::NEAREST);
+                texture
             }
-            None => {
-                *side = Some(Side {
-                    texture: ctx.load_texture(name, image, TextureOptions::NEAREST),
-                    of,
-                })
-            }
-        }
+            _ => ctx.load_texture(name, image, TextureOptions::NEAREST),
+        };
+        *side = Some(Side {
+            pixels: Pixels::Texture(texture),
+            size: size.into(),
+            of,
+        });
     }
 }
 
@@ -76,6 +88,14 @@ impl Canvas {
             };
             let of = (newest.version, 0, look);
             if side.as_ref().is_some_and(|side| side.of == of) {
+                continue;
+            }
+            if let Some(light) = &newest.picture.light {
+                *side = Some(Side {
+                    pixels: Pixels::Light(Arc::clone(light)),
+                    size: newest.picture.size,
+                    of,
+                });
                 continue;
             }
             match &newest.picture.image {
@@ -131,8 +151,7 @@ impl Canvas {
 
     /// Width and height of what a side shows (px); `None` where it shows nothing.
     pub(in crate::view) fn size(&self, side: usize) -> Option<[u32; 2]> {
-        let side = self.sides[side].as_ref()?;
-        Some(side.texture.size().map(|size| size as u32))
+        Some(self.sides[side].as_ref()?.size)
     }
 
     /// What is wrong with the left picture in all, in words; empty where it is not known.
@@ -150,7 +169,7 @@ impl Canvas {
     /// Draws the picture and lets the mouse act on it.
     pub(super) fn show(&self, ctx: &Context, scope: &mut Scope<'_>) {
         egui::CentralPanel::default()
-            .frame(egui::Frame::NONE.fill(Color32::from_gray(12)))
+            .frame(egui::Frame::NONE)
             .show(ctx, |ui| {
                 let scale = ctx.pixels_per_point();
                 let outer = ui.max_rect();
@@ -168,7 +187,7 @@ impl Canvas {
                     vec2(size[0] as f32 / scale, size[1] as f32 / scale),
                 );
                 (scope.panels.picture, scope.session.size) = (rect, size);
-                self.draw(ui, rect, scope.session);
+                scope.panels.pictures = self.draw(ui, rect, scope.session);
                 let response = ui.interact(rect, ui.id().with("picture"), Sense::click_and_drag());
                 let on_divider = divider(ui, rect, scope);
                 if !on_divider {
@@ -188,7 +207,9 @@ impl Canvas {
             });
     }
 
-    fn draw(&self, ui: &Ui, rect: Rect, session: &Session) {
+    /// Draws all but the pictures of the device, and says where these are.
+    fn draw(&self, ui: &Ui, rect: Rect, session: &Session) -> Vec<PlacedPicture> {
+        let mut placed = Vec::new();
         let split_x = rect.left() + session.divider * rect.width();
         let [left, right] = [
             Rect::from_min_max(rect.min, pos2(split_x, rect.bottom())),
@@ -217,13 +238,19 @@ impl Canvas {
         for (index, (side, clip)) in sides.iter().enumerate() {
             let painter = ui.painter().with_clip_rect(clip.intersect(ui.clip_rect()));
             match side {
-                // A light map is square whatever the window is.
-                Some(side) => drop(painter.image(
-                    side.texture.id(),
-                    fitted(rect, side, session),
-                    uv,
-                    Color32::WHITE,
-                )),
+                Some(side) => match &side.pixels {
+                    Pixels::Light(light) => {
+                        let clip = painter.clip_rect();
+                        placed.push(place(light, side.size, (ui, rect, clip), session.look()));
+                    }
+                    // A light map is square whatever the window is.
+                    Pixels::Texture(texture) => drop(painter.image(
+                        texture.id(),
+                        fitted(rect, side, session),
+                        uv,
+                        Color32::WHITE,
+                    )),
+                },
                 None if index < session.pane_count() => {
                     let text = if session.newest[index].is_some() {
                         format!("no {} here: see the view's tooltip", session.view_name())
@@ -257,6 +284,35 @@ impl Canvas {
                 draw_title(ui, rect, sides[index].1, (index, name));
             }
         }
+        placed
+    }
+}
+
+/// A picture of the device in a rectangle, where a part of the window is its.
+fn place(
+    light: &Arc<GpuImage>,
+    size: [u32; 2],
+    (ui, rect, clip): (&Ui, Rect, Rect),
+    look: Look,
+) -> PlacedPicture {
+    let scale = ui.ctx().pixels_per_point();
+    let px = |rect: Rect| {
+        [rect.min, rect.max].map(|corner| [corner.x, corner.y].map(|at| (at * scale).round()))
+    };
+    let ([[x, y], end], [low, high]) = (px(rect), px(clip));
+    let clip = [0, 1].map(|axis| (low[axis].max(0.0), high[axis].max(0.0)));
+    PlacedPicture {
+        image: Arc::clone(light),
+        size,
+        place: [x, y, end[0] - x, end[1] - y],
+        clip: [
+            clip[0].0 as u32,
+            clip[1].0 as u32,
+            (clip[0].1 - clip[0].0).max(0.0) as u32,
+            (clip[1].1 - clip[1].0).max(0.0) as u32,
+        ],
+        exposure: look.exposure,
+        tone_map: u32::from(look.tone_map == ToneMap::Reinhard),
     }
 }
 
@@ -321,7 +377,7 @@ fn fitted(rect: Rect, side: &Side, session: &Session) -> Rect {
     if !VIEWS[session.view].is_map() || session.compare == Compare::Difference {
         return rect;
     }
-    let size = side.texture.size_vec2();
+    let size = vec2(side.size[0] as f32, side.size[1] as f32);
     Rect::from_center_size(
         rect.center(),
         size * (rect.width() / size.x).min(rect.height() / size.y),

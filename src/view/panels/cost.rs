@@ -19,7 +19,6 @@ pub(super) fn show(ui: &mut Ui, scope: &mut Scope<'_>) {
             &session.device
         }
     ));
-    ui.label(RichText::new(format!("window drawn by {}", scope.window_device)).weak());
     let count = session.pane_count();
     for index in 0..count {
         let Some(newest) = &session.newest[index] else {

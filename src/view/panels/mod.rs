@@ -22,6 +22,7 @@ use super::session::Session;
 use super::store::Remembered;
 use super::views::VIEWS;
 use super::worker::Picture;
+use crate::vulkan::PlacedPicture;
 
 pub(super) use canvas::Canvas;
 
@@ -82,6 +83,8 @@ pub(super) struct Panels {
     pub(super) dialog: FileDialog,
     /// Where the picture is (points).
     pub(super) picture: Rect,
+    /// The pictures of the device, as they are placed beneath the panels.
+    pub(super) pictures: Vec<PlacedPicture>,
     /// What is under the pointer.
     pub(super) readout: String,
     /// Where the pointer is over the picture (shares of it).
@@ -114,6 +117,7 @@ impl Default for Panels {
             wants_path: false,
             dialog: files::dialog(),
             picture: Rect::NOTHING,
+            pictures: Vec::new(),
             readout: String::new(),
             pointer: None,
             held: false,
@@ -165,8 +169,6 @@ pub(super) struct Scope<'s> {
     pub(super) is_busy: bool,
     /// As [`Canvas::errors`].
     pub(super) errors: &'s str,
-    /// Name of the device that draws the window.
-    pub(super) window_device: &'s str,
     /// Width and height of the window (px).
     pub(super) window_size: [u32; 2],
     /// Windows frames a second.
@@ -311,10 +313,10 @@ fn told(session: &Session, times: bool) -> String {
 }
 
 fn told_size(picture: &Picture, wanted: [u32; 2]) -> String {
-    let Some(image) = &picture.image else {
+    if !picture.is_there() {
         return "no picture".to_owned();
-    };
-    let (width, height) = image.size();
+    }
+    let [width, height] = picture.size;
     // A light map has its own size, whatever the window's is.
     let is_whole = [width, height] == wanted || VIEWS[picture.view].is_map();
     let of = if is_whole {
