@@ -471,10 +471,8 @@ impl Recorder<'_> {
             Run::Dispatch(batches) => {
                 for batch in batches {
                     let (first, groups) = share_of(batch.groups, part.share);
-                    if !groups.contains(&0) {
-                        self.batch(&pipeline, call, batch.material, &batch.push);
-                        self.commands.dispatch(first, groups);
-                    }
+                    self.batch(&pipeline, call, batch.material, &batch.push);
+                    self.commands.dispatch(first, groups);
                 }
             }
             Run::Chain(batches) => {

@@ -122,8 +122,8 @@ impl<'g> Follower<'g> {
         self.scene.set_time(time_s);
         self.gpu_scene.set_pose(self.gpu, &self.scene).unwrap();
         let (scene, voxelizer) = (&self.gpu_scene, &mut self.voxelizer);
-        let mut stats = (self.dynamic)
-            .update(self.gpu, scene, voxelizer, &mut self.voxels)
+        let (mut stats, _) = (self.dynamic)
+            .update(self.gpu, scene, voxelizer, &mut self.voxels, None)
             .unwrap();
         stats.append(self.gpu.submit_waiting().unwrap());
         stats

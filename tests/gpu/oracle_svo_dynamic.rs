@@ -7,7 +7,7 @@ use std::sync::Arc;
 use crate::support::octree::{lattice, matter, packed_radiance, plant};
 use crate::support::{Random, gpu, read_words, words};
 use glam::{DVec4, UVec3};
-use lumivox::gi::shared::voxel::dynamic::TouchedBlock;
+use lumivox::gi::shared::voxel::dynamic::{TouchedBlock, TouchedCounters};
 use lumivox::gi::shared::voxel::oracle::{VoxelIndex, block_bases, compact_order, occupancy_words};
 use lumivox::gi::shared::voxel::{Directionality, Sides};
 use lumivox::gi::voxel_cones::svo::oracle::octree;
@@ -124,7 +124,8 @@ type Values = BTreeMap<VoxelIndex, DVec4>;
 struct Posed {
     occupancy: Occupancy,
     blocks: Arc<Buffer>,
-    block_count: u32,
+    block_room: u32,
+    counts: Arc<Buffer>,
     radiance: Arc<Buffer>,
     all: BTreeSet<VoxelIndex>,
 }
@@ -204,7 +205,20 @@ fn pose(gpu: &Gpu, still: &Values, moving: &Values, resolution: u32) -> Posed {
                 &block_words
             },
         ),
-        block_count: list.len() as u32,
+        block_room: list.len() as u32,
+        counts: words(
+            gpu,
+            "counts",
+            bytemuck::cast_slice(&[TouchedCounters {
+                fragment_count: 0,
+                indexed: 1,
+                unfinished_count: 0,
+                touched_count: list.len() as u32,
+                slot_count: 0,
+                added_voxels: 0,
+                dynamic_voxels: 0,
+            }]),
+        ),
         radiance: words(gpu, "radiance", &radiance),
         all,
     }
@@ -232,6 +246,7 @@ impl<'g> Follower<'g> {
             .follow(
                 gpu,
                 &pose(gpu, &still, &Values::new(), resolution).touched(),
+                None,
             )
             .unwrap();
         let (bricks, _) = BrickPool::new(gpu, &nodes, settings, Sides::One, None).unwrap();
@@ -253,7 +268,7 @@ impl<'g> Follower<'g> {
     /// Dynamic voxels are here now, and all are lit.
     fn go_to(&mut self, moving: &Values) -> (Posed, Pools) {
         let posed = pose(self.gpu, &self.still, moving, self.resolution);
-        self.nodes.follow(self.gpu, &posed.touched()).unwrap();
+        self.nodes.follow(self.gpu, &posed.touched(), None).unwrap();
         self.bricks
             .follow(self.gpu, &self.nodes, Vec::new())
             .unwrap();
@@ -335,7 +350,8 @@ impl Posed {
         } = &self.occupancy.cubes[0];
         TouchedVoxels {
             blocks: &self.blocks,
-            block_count: self.block_count,
+            block_room: self.block_room,
+            counts: &self.counts,
             occupancy,
             block_bases,
         }

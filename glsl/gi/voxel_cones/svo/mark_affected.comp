@@ -19,9 +19,11 @@ layout(std430, set = 1, binding = 0) restrict readonly buffer TouchedBlocks {
 layout(std430, set = 1, binding = 1) restrict readonly buffer Occupancy { uvec2 occupancy[]; };
 // a bit a tile, 4³ tiles two words, finest level first
 layout(std430, set = 1, binding = 2) restrict buffer AffectedTiles { uint affected_tiles[]; };
+layout(std430, set = 1, binding = 3) restrict readonly buffer TouchedCounts {
+    TouchedCounters counts;
+};
 
 layout(push_constant) uniform AffectedParams {
-    uint touched_count;
     uint blocks;        // of voxels along an axis of the grid
     uint level_count;
 } params;
@@ -47,7 +49,7 @@ void mark(uint first_block, uint level, uvec3 cell) {
 
 void main() {
     uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * 4194240u;
-    if (index >= 64u * params.touched_count) return;
+    if (counts.indexed == 0u || index >= 64u * counts.touched_count) return;
     uint block = touched[index / 64u].block, bit = index % 64u;
     uvec2 words = occupancy[block];
     if (!block_has(words, bit)) return;

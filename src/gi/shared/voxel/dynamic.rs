@@ -43,8 +43,8 @@ gpu_struct! {
     pub struct TouchedCounters {
         /// Fragments, static ones too.
         pub fragment_count: u32,
-        /// Counted by nobody.
-        pub unused: u32,
+        /// 1 where fragments and blocks all fit, so that the blocks are listed.
+        pub indexed: u32,
         /// Threads that a driver ended.
         pub unfinished_count: u32,
         /// Blocks that dynamic geometry touches.
@@ -85,6 +85,10 @@ gpu_struct! {
     pub struct TouchedScanParams {
         /// Groups of 1,024 blocks.
         pub touched_groups: u32,
+        /// Fragments that there is room for, static ones too.
+        pub fragment_room: u32,
+        /// Touched blocks that there is room for.
+        pub touched_room: u32,
     }
 }
 
@@ -139,8 +143,8 @@ pub static SCAN_TOUCHED: Pass = Pass::compute(
     TouchedScanParams::LAYOUT,
 );
 
-/// The list of touched blocks; their occupancy and base with dynamic geometry. Four blocks a
-/// thread.
+/// The list of touched blocks; their occupancy and base with dynamic geometry. Only where the
+/// counters say that all fits. Four blocks a thread.
 pub static INDEX_TOUCHED: Pass = Pass::compute(
     "voxel.index_touched",
     "gi/shared/voxel/dynamic/index_touched.comp",
@@ -150,6 +154,7 @@ pub static INDEX_TOUCHED: Pass = Pass::compute(
         read_write("occupancy"),
         read_write("block_bases"),
         write("touched"),
+        read("counts"),
     ],
     TouchedParams::LAYOUT,
 );
@@ -167,6 +172,10 @@ pub static CONTINUE_LISTS: Pass = Pass::compute(
     ],
     ListParams::LAYOUT,
 );
+
+/// Adds passes to the submission that finds touched blocks, which need no more than these; what it
+/// returns is read with the counters.
+pub type CountAlso<'a> = &'a dyn Fn(&mut Frame, &DynamicVoxels, &Voxels) -> Option<Arc<Buffer>>;
 
 /// What is kept to follow dynamic geometry through static voxels.
 pub struct DynamicVoxels {
@@ -197,7 +206,7 @@ impl Voxelizer {
         scene: &GpuScene,
     ) -> Result<(Voxels, DynamicVoxels, FrameStats), Error> {
         let (mut voxels, mut dynamic, mut stats) = self.run_static(gpu, scene)?;
-        stats.append(dynamic.update(gpu, scene, self, &mut voxels)?);
+        stats.append(dynamic.update(gpu, scene, self, &mut voxels, None)?.0);
         Ok((voxels, dynamic, stats))
     }
 
@@ -240,7 +249,7 @@ impl DynamicVoxels {
         };
         let first = TouchedCounters {
             fragment_count: voxels.fragment_count,
-            unused: 0,
+            indexed: 0,
             unfinished_count: 0,
             touched_count: 0,
             slot_count: 0,
@@ -259,20 +268,32 @@ impl DynamicVoxels {
         self.static_voxels..voxels.voxel_count
     }
 
-    /// The [`TouchedBlock`]s of the last update, and how many.
-    pub fn touched_blocks(&self) -> (&Arc<Buffer>, u32) {
-        (&self.touched, self.touched_count)
+    /// The [`TouchedBlock`]s of the last update, how many there is room for, and the
+    /// [`TouchedCounters`] that say how many there are.
+    pub fn touched_blocks(&self) -> (&Arc<Buffer>, u32, &Arc<Buffer>) {
+        (&self.touched, self.touched_room(), &self.counts)
+    }
+
+    fn touched_room(&self) -> u32 {
+        (self.touched.size_bytes() / size_of::<TouchedBlock>() as u64) as u32
+    }
+
+    fn fragment_room(&self) -> u32 {
+        (self.lists.fragments.size_bytes() / size_of::<Fragment>() as u64) as u32
     }
 
     /// Takes the dynamic geometry of the last update away, and puts it where it is now. Buffers
-    /// that prove too small are made larger, and what filled them is run again.
+    /// that prove too small are made larger, and what filled them is run again. `also` adds passes
+    /// that need no more than the touched blocks to the same submission; what they have counted
+    /// comes back where all fitted.
     pub fn update(
         &mut self,
         gpu: &Gpu,
         scene: &GpuScene,
         voxelizer: &mut Voxelizer,
         voxels: &mut Voxels,
-    ) -> Result<FrameStats, Error> {
+        also: Option<CountAlso<'_>>,
+    ) -> Result<(FrameStats, Option<Vec<u8>>), Error> {
         let block_box = scene.dynamic.as_ref().map_or([IVec3::ZERO; 2], |dynamic| {
             block_box(&voxels.grid, dynamic.bounds)
         });
@@ -280,16 +301,10 @@ impl DynamicVoxels {
         let mut stats = FrameStats::default();
         let mut frame = Frame::new();
         self.add_restore(&mut frame, voxels);
-        let counts = loop {
-            let capacity =
-                (self.lists.fragments.size_bytes() / size_of::<Fragment>() as u64) as u32;
+        let (counts, counted) = loop {
+            let capacity = self.fragment_room();
             frame.set_scene(&scene.set, &scene.materials);
-            frame.copy_buffer(
-                "voxel.clear",
-                (&self.first_counts, 0),
-                (&self.counts, 0),
-                size_of::<TouchedCounters>() as u64,
-            );
+            self.add_first_counts(&mut frame);
             let buffers = [
                 &self.occupancy,
                 &self.lists.fragments,
@@ -305,13 +320,18 @@ impl DynamicVoxels {
                 capacity,
             );
             self.add_count(&mut frame, voxels, &params);
-            let (run, counts) = gpu.submit_and_read(std::mem::take(&mut frame), &self.counts)?;
+            self.add_index(&mut frame, voxels, &params);
+            let more = also.and_then(|also| also(&mut frame, self, voxels));
+            let read: Vec<_> = [&self.counts].into_iter().chain(&more).collect();
+            let (run, mut read) = gpu.submit_and_read_all(std::mem::take(&mut frame), &read)?;
             self.touched_count = 0;
-            let counts: TouchedCounters = bytemuck::pod_read_unaligned(&counts);
+            let counted = more.and_then(|_| read.pop());
+            let counts: TouchedCounters =
+                bytemuck::pod_read_unaligned(read.first().map_or(&[], |read| read));
             let again = voxelizer.shares_more(counts.unfinished_count)?;
             if !again && counts.fragment_count <= capacity {
                 stats.append(run);
-                break counts;
+                break (counts, counted);
             }
             stats.append(run.into_counting());
             self.reserve_fragments(gpu, scene, &mut frame, counts.fragment_count)?;
@@ -326,14 +346,29 @@ impl DynamicVoxels {
         voxels.voxel_count = self.static_voxels + counts.slot_count;
         voxels.hidden_count = counts.slot_count - counts.added_voxels;
         voxels.fragment_count = counts.fragment_count;
-        self.add_index(&mut frame, voxels, &params);
+        if counts.indexed == 0 {
+            // There is room now.
+            self.add_first_counts(&mut frame);
+            self.add_count(&mut frame, voxels, &params);
+            self.add_index(&mut frame, voxels, &params);
+        }
+        self.add_continued(&mut frame, voxels);
         let ranges = [
             self.static_fragments..counts.fragment_count,
             self.slots(voxels),
         ];
         voxelizer.add_dynamic_resolve(&mut frame, scene, voxels, &self.lists, ranges);
         gpu.enqueue(frame);
-        Ok(stats)
+        Ok((stats, counted.filter(|_| counts.indexed != 0)))
+    }
+
+    fn add_first_counts(&self, frame: &mut Frame) {
+        frame.copy_buffer(
+            "voxel.clear",
+            (&self.first_counts, 0),
+            (&self.counts, 0),
+            size_of::<TouchedCounters>() as u64,
+        );
     }
 
     fn box_params(&self, grid: &VoxelGrid, [first, size]: [IVec3; 2]) -> TouchedParams {
@@ -379,6 +414,8 @@ impl DynamicVoxels {
             .dispatch([groups, 1, 1]);
         let scan = TouchedScanParams {
             touched_groups: groups,
+            fragment_room: self.fragment_room(),
+            touched_room: self.touched_room(),
         };
         frame
             .pass(&SCAN_TOUCHED)
@@ -396,8 +433,12 @@ impl DynamicVoxels {
             .bind("occupancy", &voxels.occupancy)
             .bind("block_bases", &voxels.block_bases)
             .bind("touched", &self.touched)
+            .bind("counts", &self.counts)
             .push(params)
             .dispatch([box_groups(params), 1, 1]);
+    }
+
+    fn add_continued(&self, frame: &mut Frame, voxels: &Voxels) {
         frame
             .pass(&CONTINUE_LISTS)
             .bind("touched", &self.touched)

@@ -104,7 +104,7 @@ impl LitGrid {
         let (Some(dynamic), Some((voxels, light))) = (&mut self.dynamic, &mut self.lit) else {
             return self.build(gpu, scene);
         };
-        let stats = dynamic.update(gpu, scene, &mut self.voxelizer, voxels)?;
+        let (stats, _) = dynamic.update(gpu, scene, &mut self.voxelizer, voxels, None)?;
         pack(gpu, self.blocks.as_ref(), voxels);
         light.follow(gpu, scene, voxels, dynamic.slots(voxels).start)?;
         Ok(stats)

@@ -23,8 +23,6 @@ use crate::shader::GpuStruct;
 gpu_struct! {
     /// Parameters of `svo.mark_affected`.
     pub struct AffectedParams {
-        /// Touched blocks of voxels.
-        pub touched_count: u32,
         /// Blocks of voxels along an axis of the grid.
         pub blocks: u32,
         /// Levels of the octree.
@@ -78,7 +76,8 @@ gpu_struct! {
     }
 }
 
-/// The tiles that hold a texel that voxels of touched blocks reach. 64 threads a touched block.
+/// The tiles that hold a texel that voxels of touched blocks reach; none where these were not
+/// listed. 64 threads a touched block that there is room for.
 pub static MARK_AFFECTED: Pass = Pass {
     constants: &["CORNERS"],
     ..Pass::compute(
@@ -88,6 +87,7 @@ pub static MARK_AFFECTED: Pass = Pass {
             read("touched"),
             read("occupancy"),
             read_write("affected_tiles"),
+            read("counts"),
         ],
         AffectedParams::LAYOUT,
     )
@@ -155,8 +155,10 @@ pub static KEEP_STATIC: Pass = Pass::compute(
 pub struct TouchedVoxels<'v> {
     /// One [`crate::gi::shared::voxel::dynamic::TouchedBlock`] each.
     pub blocks: &'v Arc<Buffer>,
-    /// Number of entries in `blocks`.
-    pub block_count: u32,
+    /// Entries that `blocks` has room for.
+    pub block_room: u32,
+    /// [`crate::gi::shared::voxel::dynamic::TouchedCounters`]: how many there are.
+    pub counts: &'v Arc<Buffer>,
     /// One bit a voxel.
     pub occupancy: &'v Arc<Buffer>,
     /// Compact index of each block's first voxel.
@@ -290,19 +292,25 @@ impl DynamicTiles {
 
     /// Makes the dynamic tiles anew. They are counted while they are made; where there is no room
     /// for all, the run counts, and is repeated with more: as often as there are levels at
-    /// most, as the tiles of a level are counted once those above it have room.
+    /// most, as the tiles of a level are counted once those above it have room. `counted` is what
+    /// [`DynamicTiles::count`] has counted already.
     pub(super) fn update(
         &mut self,
         gpu: &Gpu,
         nodes: &mut NodePool,
         touched: &TouchedVoxels<'_>,
+        mut counted: Option<Vec<u8>>,
     ) -> Result<FrameStats, Error> {
         let mut stats = FrameStats::default();
         let mut frame = Frame::new();
         loop {
-            self.add_tiles(&mut frame, nodes, touched);
-            let (run, levels) =
-                gpu.submit_and_read(std::mem::take(&mut frame), &self.device_levels)?;
+            let (run, levels) = match counted.take() {
+                Some(levels) => (FrameStats::default(), levels),
+                None => {
+                    self.add_tiles(&mut frame, nodes, touched);
+                    gpu.submit_and_read(std::mem::take(&mut frame), &self.device_levels)?
+                }
+            };
             let levels: Vec<Level> = bytemuck::pod_collect_to_vec(&levels);
             self.levels = levels
                 .iter()
@@ -330,6 +338,17 @@ impl DynamicTiles {
         self.add_links(&mut frame, nodes, touched);
         gpu.enqueue(frame);
         Ok(stats)
+    }
+
+    /// Adds the passes that make the tiles, as far as there is room, and count them; returns where.
+    pub(super) fn count(
+        &self,
+        frame: &mut Frame,
+        nodes: &NodePool,
+        touched: &TouchedVoxels<'_>,
+    ) -> Arc<Buffer> {
+        self.add_tiles(frame, nodes, touched);
+        Arc::clone(&self.device_levels)
     }
 
     /// Room for the tiles counted so far, and a little more.
@@ -363,13 +382,13 @@ impl DynamicTiles {
             .bind("touched", touched.blocks)
             .bind("occupancy", touched.occupancy)
             .bind("affected_tiles", &self.affected)
+            .bind("counts", touched.counts)
             .constant("CORNERS", self.corners)
             .push(&AffectedParams {
-                touched_count: touched.block_count,
                 blocks: resolution / 4,
                 level_count: root + 1,
             })
-            .dispatch(linear_groups(64 * touched.block_count));
+            .dispatch(linear_groups(64 * touched.block_room));
         let Slots {
             capacity,
             places,

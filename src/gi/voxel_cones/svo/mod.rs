@@ -137,7 +137,7 @@ impl VoxelStore for Svo {
         // Needed no more, and the bricks are the largest of all.
         drop(occupancy);
         if let Some(touched) = voxels.touched() {
-            stats.append(nodes.follow(context.gpu, &touched)?);
+            stats.append(nodes.follow(context.gpu, &touched, None)?);
         }
         let mut bricks = None;
         if self.has_bricks {
@@ -175,16 +175,14 @@ impl VoxelStore for Svo {
         let Some(mut octree) = self.octree.take() else {
             return self.build(context);
         };
-        let Some(mut stats) =
-            octree
-                .voxels
-                .set_pose(context.gpu, context.scene, &mut self.voxelizer)?
-        else {
+        let (gpu, scene) = (context.gpu, context.scene);
+        let posed = (octree.voxels).set_pose(gpu, scene, &mut self.voxelizer, &octree.nodes)?;
+        let Some((mut stats, counted)) = posed else {
             drop(octree);
             return self.build(context);
         };
         if let Some(touched) = octree.voxels.touched() {
-            stats.append(octree.nodes.follow(context.gpu, &touched)?);
+            stats.append(octree.nodes.follow(gpu, &touched, counted)?);
         }
         if let Some(bricks) = &mut octree.bricks {
             let records = octree.voxels.records();

@@ -414,13 +414,30 @@ impl NodePool {
     }
 
     /// Brings the dynamic tiles up to the blocks that dynamic geometry touches now.
-    pub fn follow(&mut self, gpu: &Gpu, touched: &TouchedVoxels<'_>) -> Result<FrameStats, Error> {
+    /// `counted` is what [`NodePool::count_tiles`] has counted of these, where it has.
+    pub fn follow(
+        &mut self,
+        gpu: &Gpu,
+        touched: &TouchedVoxels<'_>,
+        counted: Option<Vec<u8>>,
+    ) -> Result<FrameStats, Error> {
         let Some(mut dynamic) = self.dynamic.take() else {
             return Ok(FrameStats::default());
         };
-        let stats = dynamic.update(gpu, self, touched);
+        let stats = dynamic.update(gpu, self, touched, counted);
         self.dynamic = Some(dynamic);
         stats
+    }
+
+    /// Adds the passes that make the dynamic tiles, as far as there is room, and count them; returns
+    /// where. `None` where there are none.
+    pub(super) fn count_tiles(
+        &self,
+        frame: &mut Frame,
+        touched: &TouchedVoxels<'_>,
+    ) -> Option<Arc<Buffer>> {
+        let dynamic = self.dynamic.as_ref()?;
+        Some(dynamic.count(frame, self, touched))
     }
 
     /// Its coarsest level.

@@ -8,7 +8,7 @@ use glam::UVec3;
 use super::super::Gatherer;
 use super::bricks::RecordRange;
 use super::dynamic::TouchedVoxels;
-use super::nodes::require_pointers;
+use super::nodes::{NodePool, require_pointers};
 use super::space::{MERGE_RADIANCE, MergeParams, radiance_texels};
 use crate::gi::shared::cone::Volume;
 use crate::gi::shared::voxel::build::passes::Voxel;
@@ -240,7 +240,7 @@ fn attempt(
             stats.append(cost);
             occupancy.cubes.push(cube);
             voxels.filled = None;
-            stats.append(dynamic.update(gpu, scene, voxelizer, &mut voxels)?);
+            stats.append(dynamic.update(gpu, scene, voxelizer, &mut voxels, None)?.0);
             (voxels, Some(dynamic))
         } else {
             let (voxels, cost) = voxelizer.run(gpu, scene)?;
@@ -301,15 +301,28 @@ fn attempt(
     ))
 }
 
+fn touched_voxels<'v>(voxels: &'v Voxels, dynamic: &'v DynamicVoxels) -> TouchedVoxels<'v> {
+    let (blocks, block_room, counts) = dynamic.touched_blocks();
+    TouchedVoxels {
+        blocks,
+        block_room,
+        counts,
+        occupancy: &voxels.occupancy,
+        block_bases: &voxels.block_bases,
+    }
+}
+
 impl Pieces {
-    /// Brings the voxels up to the dynamic models after they have moved; `None` where everything
-    /// has to be voxelized anew.
+    /// Brings the voxels up to the dynamic models after they have moved, and answers what that took
+    /// and what the dynamic tiles of `nodes` were counted to be, where they were; `None` where
+    /// everything has to be voxelized anew.
     pub fn set_pose(
         &mut self,
         gpu: &Gpu,
         scene: &GpuScene,
         voxelizer: &mut PieceVoxelizer,
-    ) -> Result<Option<FrameStats>, Error> {
+        nodes: &NodePool,
+    ) -> Result<Option<(FrameStats, Option<Vec<u8>>)>, Error> {
         let (
             [
                 Piece {
@@ -326,7 +339,10 @@ impl Pieces {
         else {
             return Ok(None);
         };
-        let stats = match dynamic.update(gpu, scene, voxelizer, voxels) {
+        let also = |frame: &mut Frame, dynamic: &DynamicVoxels, voxels: &Voxels| {
+            nodes.count_tiles(frame, &touched_voxels(voxels, dynamic))
+        };
+        let updated = match dynamic.update(gpu, scene, voxelizer, voxels, Some(&also)) {
             Err(Error::TooLarge { .. }) => return Ok(None),
             updated => updated?,
         };
@@ -339,20 +355,14 @@ impl Pieces {
         self.voxel_count = voxels.voxel_count - voxels.hidden_count;
         self.fragment_count = voxels.fragment_count;
         require_pointers("voxel.records", u64::from(voxels.voxel_count))?;
-        Ok(Some(stats))
+        Ok(Some(updated))
     }
 
     /// The voxels, and the blocks that dynamic geometry touches; `None` if it has no voxels of its
     /// own.
     pub fn touched(&self) -> Option<TouchedVoxels<'_>> {
         let (voxels, dynamic) = self.pieces.first()?.dynamic.as_ref()?;
-        let (blocks, block_count) = dynamic.touched_blocks();
-        Some(TouchedVoxels {
-            blocks,
-            block_count,
-            occupancy: &voxels.occupancy,
-            block_bases: &voxels.block_bases,
-        })
+        Some(touched_voxels(voxels, dynamic))
     }
 
     /// Adds the passes that light the voxels, which are found in the octree of these nodes.

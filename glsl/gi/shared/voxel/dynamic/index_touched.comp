@@ -17,12 +17,16 @@ layout(std430, set = 1, binding = 3) restrict buffer BlockBases { uint block_bas
 layout(std430, set = 1, binding = 4) restrict writeonly buffer TouchedBlocks {
     TouchedBlock touched[];
 };
+layout(std430, set = 1, binding = 5) restrict readonly buffer TouchedCounts {
+    TouchedCounters counts;
+};
 
 uvec2 moving_words(uint index) {
     return index < box_block_count() ? dynamic_occupancy[box_block(index)] : uvec2(0u);
 }
 
 void main() {
+    if (counts.indexed == 0u) return;
     uint first = gl_GlobalInvocationID.x * 4u, sum = 0u;
     for (uint i = 0u; i < 4u; ++i) {
         uvec2 words = moving_words(first + i);

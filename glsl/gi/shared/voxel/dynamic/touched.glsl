@@ -17,7 +17,7 @@ struct TouchedBlock {
 // counts into.
 struct TouchedCounters {
     uint fragment_count;      // static ones too
-    uint unused;
+    uint indexed;             // 1 where all of them fit, so that they are listed
     uint unfinished_count;
     uint touched_count;       // blocks
     uint slot_count;          // voxels in them
