@@ -122,7 +122,7 @@ impl Canvas {
         };
         let of = (
             newest.version,
-            u64::from(truth.samples),
+            2 * u64::from(truth.samples) + u64::from(truth.is_done),
             Look {
                 exposure: session.difference_scale,
                 ..look
