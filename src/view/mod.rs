@@ -1,9 +1,9 @@
 //! The windowed demo: techniques side by side on a scene, everything changed by hand, and what it
 //! costs.
 //!
-//! Techniques are rendered on another thread, in short submissions, so that the window answers while
-//! a frame takes seconds. Their light stays on the device: the window draws it as colours, and
-//! egui's panels over it. What is shown at rest is, bit for bit, what `lumivox render` writes.
+//! Techniques are rendered on another thread, in short submissions, so that the window answers
+//! while a frame takes seconds. Their light stays on the device: the window draws it as colours,
+//! and egui's panels over it. What is shown at rest is, bit for bit, what `lumivox render` writes.
 
 mod app;
 mod beam;

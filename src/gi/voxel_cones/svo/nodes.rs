@@ -429,8 +429,8 @@ impl NodePool {
         stats
     }
 
-    /// Adds the passes that make the dynamic tiles, as far as there is room, and count them; returns
-    /// where. `None` where there are none.
+    /// Adds the passes that make the dynamic tiles, as far as there is room, and count them;
+    /// returns where. `None` where there are none.
     pub(super) fn count_tiles(
         &self,
         frame: &mut Frame,
