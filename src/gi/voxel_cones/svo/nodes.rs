@@ -414,7 +414,7 @@ impl NodePool {
     }
 
     /// Brings the dynamic tiles up to the blocks that dynamic geometry touches now.
-    /// `counted` is what [`NodePool::count_tiles`] has counted of these, where it has.
+    /// `counted` is what was counted of the tiles with these blocks, where they were.
     pub fn follow(
         &mut self,
         gpu: &Gpu,
