@@ -177,6 +177,9 @@ pub static CONTINUE_LISTS: Pass = Pass::compute(
 /// returns is read with the counters.
 pub type CountAlso<'a> = &'a dyn Fn(&mut Frame, &DynamicVoxels, &Voxels) -> Option<Arc<Buffer>>;
 
+/// What following models took, and what [`CountAlso`] has counted, where all fitted.
+pub type Followed = (FrameStats, Option<Vec<u8>>);
+
 /// What is kept to follow dynamic geometry through static voxels.
 pub struct DynamicVoxels {
     /// One bit a voxel that dynamic geometry touches.
@@ -293,7 +296,7 @@ impl DynamicVoxels {
         voxelizer: &mut Voxelizer,
         voxels: &mut Voxels,
         also: Option<CountAlso<'_>>,
-    ) -> Result<(FrameStats, Option<Vec<u8>>), Error> {
+    ) -> Result<Followed, Error> {
         let block_box = scene.dynamic.as_ref().map_or([IVec3::ZERO; 2], |dynamic| {
             block_box(&voxels.grid, dynamic.bounds)
         });

@@ -13,6 +13,7 @@ use super::space::{MERGE_RADIANCE, MergeParams, radiance_texels};
 use crate::gi::shared::cone::Volume;
 use crate::gi::shared::voxel::build::passes::Voxel;
 use crate::gi::shared::voxel::build::{FilledBlocks, buffer};
+use crate::gi::shared::voxel::dynamic::Followed;
 use crate::gi::shared::voxel::light::inject::{INJECT_BINDINGS, inject_pass};
 use crate::gi::shared::voxel::trace::surfaces::{SURFACE_BYTES, pack_surfaces};
 use crate::gi::shared::voxel::{
@@ -322,7 +323,7 @@ impl Pieces {
         scene: &GpuScene,
         voxelizer: &mut PieceVoxelizer,
         nodes: &NodePool,
-    ) -> Result<Option<(FrameStats, Option<Vec<u8>>)>, Error> {
+    ) -> Result<Option<Followed>, Error> {
         let (
             [
                 Piece {
