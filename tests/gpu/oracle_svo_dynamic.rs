@@ -7,7 +7,7 @@ use std::sync::Arc;
 use crate::support::octree::{lattice, matter, packed_radiance, plant};
 use crate::support::{Random, gpu, read_words, words};
 use glam::{DVec4, UVec3};
-use lumivox::gi::shared::voxel::dynamic::{TouchedBlock, TouchedCounters};
+use lumivox::gi::shared::voxel::dynamic_passes::{TouchedBlock, TouchedCounters};
 use lumivox::gi::shared::voxel::oracle::{VoxelIndex, block_bases, compact_order, occupancy_words};
 use lumivox::gi::shared::voxel::{Directionality, Sides};
 use lumivox::gi::voxel_cones::svo::oracle::octree;

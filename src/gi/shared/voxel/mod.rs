@@ -7,6 +7,7 @@
 
 pub mod build;
 pub mod dynamic;
+pub mod dynamic_passes;
 pub mod export;
 mod grid;
 pub mod light;
@@ -192,11 +193,11 @@ pub static PASSES: &[&Pass] = &[
     &build::passes::RUNNING_AVERAGE,
     &build::passes::RESOLVE_VOXELS,
     &build::passes::RESOLVE_OPPOSED,
-    &dynamic::RESTORE_BLOCKS,
-    &dynamic::COUNT_TOUCHED,
-    &dynamic::SCAN_TOUCHED,
-    &dynamic::INDEX_TOUCHED,
-    &dynamic::CONTINUE_LISTS,
+    &dynamic_passes::RESTORE_BLOCKS,
+    &dynamic_passes::COUNT_TOUCHED,
+    &dynamic_passes::SCAN_TOUCHED,
+    &dynamic_passes::INDEX_TOUCHED,
+    &dynamic_passes::CONTINUE_LISTS,
     &window_passes::SHIFT_BLOCKS,
     &window_passes::EMPTY_BLOCKS,
     &window_passes::MOVE_RECORDS,
@@ -260,7 +261,7 @@ pub static CASTING: Stage = Stage::store("casting", &[CAST]);
 pub static STRUCTS: &[StructLayout] = &[
     build::passes::Fragment::LAYOUT,
     build::passes::Voxel::LAYOUT,
-    dynamic::TouchedBlock::LAYOUT,
-    dynamic::TouchedCounters::LAYOUT,
+    dynamic_passes::TouchedBlock::LAYOUT,
+    dynamic_passes::TouchedCounters::LAYOUT,
     GpuEmitterPart::LAYOUT,
 ];

@@ -3,7 +3,8 @@
 
 use std::sync::Arc;
 
-use super::bricks::{BrickSettings, RecordParams, RecordRange, enlarge, pool_image};
+use super::brick_passes::RecordParams;
+use super::bricks::{BrickSettings, RecordRange, enlarge, pool_image};
 use super::nodes::NodePool;
 use super::touched::Tiles;
 use crate::gi::shared::voxel::Directionality;

@@ -6,7 +6,8 @@ use super::super::entry::{
 };
 use super::super::{VoxelCones, presets, suit};
 use super::{
-    CONES, RAYS, Svo, attributes, bricks, dynamic, indirection, nodes, pieces, space, touched,
+    CONES, RAYS, Svo, attributes, brick_passes, dynamic_passes, indirection, nodes, pieces, space,
+    touched,
 };
 use crate::gi::entry::{Entry, Stage};
 use crate::gi::inspect::{Scale, ViewRow};
@@ -118,17 +119,17 @@ pub(super) static PASSES: &[&Pass] = &[
     &nodes::LINK_LEAVES,
     &nodes::LINK_NEIGHBOURS,
     &indirection::INDEX_TILES,
-    &bricks::WRITE_LEAVES,
-    &bricks::WRITE_NORMALS,
+    &brick_passes::WRITE_LEAVES,
+    &brick_passes::WRITE_NORMALS,
     &attributes::WRITE_ATTRIBUTES,
-    &bricks::TRANSFER_BORDERS,
-    &bricks::FILTER,
-    &bricks::COPY_BRICKS,
-    &dynamic::MARK_AFFECTED,
-    &dynamic::FLAG_DYNAMIC,
-    &dynamic::ALLOCATE_DYNAMIC,
-    &dynamic::FLAG_TEXELS,
-    &dynamic::KEEP_STATIC,
+    &brick_passes::TRANSFER_BORDERS,
+    &brick_passes::FILTER,
+    &brick_passes::COPY_BRICKS,
+    &dynamic_passes::MARK_AFFECTED,
+    &dynamic_passes::FLAG_DYNAMIC,
+    &dynamic_passes::ALLOCATE_DYNAMIC,
+    &dynamic_passes::FLAG_TEXELS,
+    &dynamic_passes::KEEP_STATIC,
     &touched::FLAG_TOUCHED,
     &touched::LIST_TOUCHED,
     &pieces::INJECT_RSM,

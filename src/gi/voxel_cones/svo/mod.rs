@@ -2,8 +2,10 @@
 //! cone-traced.
 
 pub mod attributes;
+pub mod brick_passes;
 pub mod bricks;
 pub mod dynamic;
+pub mod dynamic_passes;
 mod entry;
 pub mod indirection;
 pub mod nodes;

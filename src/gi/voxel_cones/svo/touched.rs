@@ -6,7 +6,8 @@
 
 use std::sync::Arc;
 
-use super::bricks::{BrickParams, LevelBricks};
+use super::brick_passes::BrickParams;
+use super::bricks::LevelBricks;
 use super::nodes::{LevelRange, NodePool};
 use crate::gi::shared::voxel::build::buffer;
 use crate::gpu_struct;
