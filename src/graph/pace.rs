@@ -1,7 +1,7 @@
 //! Where frames are cut into submissions. A driver's watchdog ends a submission that takes some
 //! seconds, and other work of the queue waits until it is done.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
 
 use super::builder::Run;
@@ -72,8 +72,9 @@ pub(super) struct Pace {
     longest_ms: Option<f64>,
     /// Whether each step is a submission of its own.
     isolate: bool,
-    /// Milliseconds of a workgroup, or of a step that has none, by the step's name.
-    known: HashMap<String, f64>,
+    /// Milliseconds of a workgroup, or of a step that has none, by the step's name and by the
+    /// logarithm of its workgroups: a few take longer each, and passes run in many sizes.
+    known: HashMap<String, BTreeMap<u32, f64>>,
     /// Steps that somebody has been warned of.
     named: HashSet<String>,
 }
@@ -104,11 +105,20 @@ impl Pace {
             return;
         }
         let whole = ms * f64::from(WHOLE) / f64::from((share[1] - share[0]).max(1));
-        let each = whole / groups(step).max(1) as f64;
-        match self.known.get_mut(&step.name) {
-            Some(known) => *known = each,
-            None => drop(self.known.insert(step.name.clone(), each)),
+        let count = groups(step).max(1);
+        if !self.known.contains_key(&step.name) {
+            self.known.insert(step.name.clone(), BTreeMap::new());
         }
+        if let Some(sizes) = self.known.get_mut(&step.name) {
+            sizes.insert(count.ilog2(), whole / count as f64);
+        }
+    }
+
+    /// What a step will take (ms), where one of its name and about its size is known.
+    fn expected_ms(&self, step: &Step) -> Option<f64> {
+        let count = groups(step).max(1);
+        let each = self.known.get(&step.name)?.get(&count.ilog2())?;
+        Some(each * count as f64)
     }
 
     /// The submission after the first `done` steps of a frame and a share of the next; `can_cut`
@@ -127,8 +137,7 @@ impl Pace {
         let mut sum_ms = 0.0;
         for (at, step) in steps.iter().enumerate().skip(done) {
             let from = if at == done { share } else { 0 };
-            let known = self.known.get(&step.name);
-            let step_ms = known.map(|each| each * groups(step).max(1) as f64);
+            let step_ms = self.expected_ms(step);
             let may_be_long = match step_ms {
                 None => groups(step) >= MANY_GROUPS,
                 Some(ms) => ms > longest_ms,
@@ -193,7 +202,74 @@ fn groups(step: &Step) -> u64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::builder::{BatchDispatch, PassCall};
+    use super::super::pass::{Pass, Sets, Shaders};
     use super::*;
+
+    static PASS: Pass = Pass {
+        name: "test.pass",
+        shaders: Shaders::Compute("test/double.comp"),
+        bindings: &[],
+        constants: &[],
+        params: None,
+        sets: Sets::None,
+    };
+
+    /// One dispatch of so many workgroups.
+    fn dispatch(groups: u32) -> Frame {
+        let batch = BatchDispatch {
+            groups: [groups, 1, 1],
+            ..BatchDispatch::default()
+        };
+        let call = PassCall {
+            pass: &PASS,
+            resources: Vec::new(),
+            constants: Vec::new(),
+            scene_has: None,
+            push: Vec::new(),
+            scene: None,
+            materials: None,
+            run: Run::Dispatch(vec![batch]),
+            condition: None,
+        };
+        let mut frame = Frame::new();
+        frame.push_untold(PASS.name.to_owned(), Vec::new(), Work::Pass(Box::new(call)));
+        frame
+    }
+
+    #[test]
+    fn what_nothing_is_known_of_is_tried_where_it_is_large() {
+        let mut pace = Pace::new(Some(100.0), false);
+        let whole = Part::of(0..1);
+        let small = dispatch(MANY_GROUPS as u32 - 1);
+        assert_eq!(pace.next(&small, (0, 0), |_| true), whole);
+        let large = dispatch(MANY_GROUPS as u32);
+        let tried = pace.next(&large, (0, 0), |_| true);
+        assert_eq!((tried.share, tried.is_tried), ([0, TRIED], true));
+        assert_eq!(pace.next(&large, (0, 0), |_| false), whole);
+        // A sixteenth in 1 ms: the rest fits. In 50 ms: two sixteenths do.
+        for (ms, end) in [(1.0, WHOLE), (50.0, 3 * TRIED)] {
+            pace.learn(&large.steps[0], tried.share, ms);
+            let rest = pace.next(&large, (0, TRIED), |_| true);
+            assert_eq!((rest.share, rest.is_tried), ([TRIED, end], false));
+        }
+    }
+
+    /// One workgroup alone takes longer than its share of many.
+    #[test]
+    fn what_a_few_workgroups_take_tells_nothing_of_many() {
+        let (few, many) = (dispatch(1), dispatch(4000));
+        let mut pace = Pace::new(Some(100.0), false);
+        pace.learn(&many.steps[0], [0, WHOLE], 400.0);
+        pace.learn(&few.steps[0], [0, WHOLE], 0.1);
+        let part = pace.next(&many, (0, 0), |_| true);
+        assert_eq!(part.share, [0, WHOLE / 4]);
+        // Of as many to a power of two.
+        let part = pace.next(&dispatch(2000), (0, 0), |_| true);
+        assert_eq!(part.share, [0, WHOLE]);
+        let part = pace.next(&dispatch(3000), (0, 0), |_| true);
+        assert_eq!(part.share, [0, WHOLE / 3]);
+    }
 
     /// Steps without work; what each takes is told to the pace.
     fn frame(names: &[&str]) -> Frame {

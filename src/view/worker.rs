@@ -118,6 +118,7 @@ pub(super) enum Event {
     Numbers {
         /// The side, 0 left, and the job.
         of: (usize, u64),
+        /// The numbers.
         image: Image,
     },
     /// A beam with its samples.

@@ -1,5 +1,5 @@
-//! Draws egui's shapes into a window: two frames in flight, a swapchain that follows the window,
-//! pictures read back.
+//! Draws pictures of the device and egui's shapes over them into a window: two frames in flight, a
+//! swapchain that follows the window, what it shows read back.
 
 use std::sync::Arc;
 
