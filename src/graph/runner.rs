@@ -338,12 +338,6 @@ impl Runner {
             if let Some(steps) = loss {
                 part.steps.end = part.steps.end.min(done + steps);
             }
-            if part.is_tried {
-                // So that its time is its own.
-                self.wait()?;
-                self.wait_for_parts(slot, submitted)
-                    .map_err(|result| lost_in(slot, frame, result))?;
-            }
             self.host.submissions += u64::from(!isolates || submitted.parts == 0);
             let began = self.submit_part(slot, frame, barriers, (&part, submitted))?;
             if part.is_tried || isolates || loss.is_some() {
@@ -402,9 +396,8 @@ impl Runner {
         submitted
             .pools
             .push(recorder.record(frame, barriers, part)?);
-        let began = Instant::now();
-        commands
-            .submit()
+        let began = commands
+            .submit(self.pace.isolates() || part.is_tried)
             .map_err(|result| failure(frame, &[], result))?;
         (submitted.parts, submitted.steps) = (submitted.parts + 1, part.steps.end);
         Ok(began)

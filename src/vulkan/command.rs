@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 use std::sync::Arc;
+use std::time::Instant;
 
 use ash::vk;
 
@@ -103,15 +104,23 @@ impl Commands {
         }
     }
 
-    /// Ends the recording, and submits it.
-    pub(crate) fn submit(&self) -> Result<(), vk::Result> {
+    /// Ends the recording, and submits it; when. `alone`: once the queue has nothing else to do, so
+    /// that nobody else's work counts.
+    pub(crate) fn submit(&self, alone: bool) -> Result<Instant, vk::Result> {
         let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(self.raw)];
         let submit = vk::SubmitInfo2::default().command_buffer_infos(&buffers);
         let device = self.device.raw();
-        // SAFETY: the command buffer is complete, and one thread at a time holds it.
+        // SAFETY: the command buffer is complete, and one thread at a time holds it; the queue is
+        // held.
         unsafe {
             device.end_command_buffer(self.raw)?;
-            device.queue_submit2(*self.device.queue(), &[submit], self.fence)
+            let queue = self.device.queue();
+            if alone {
+                device.queue_wait_idle(*queue)?;
+            }
+            let began = Instant::now();
+            device.queue_submit2(*queue, &[submit], self.fence)?;
+            Ok(began)
         }
     }
 
