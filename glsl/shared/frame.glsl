@@ -62,6 +62,11 @@ uvec3 vertices_of(uint triangle) {
         triangle_vertices[first + 2u]);
 }
 
+// Draws by indices go through corners: corner number i is the first of triangle i, which brings
+// what the whole triangle shares; further corners are those of vertices that are first nowhere
+// (Rust: render::corners).
+uint vertex_of_corner(uint corner) { return triangle_vertices[3u * corner]; }
+
 // Position of a vertex [m].
 vec3 position_of(uint vertex) {
     uint first = 3u * vertex;

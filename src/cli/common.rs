@@ -8,7 +8,7 @@ use std::time::Duration;
 use crate::gi::entry::Entry;
 use crate::gi::registry::{DEFAULT, find, owners};
 use crate::gi::{SettingError, Settings};
-use crate::graph::{DeviceChoice, Faults, GpuOptions};
+use crate::graph::{DeviceChoice, Faults, GpuOptions, ScreenFormat};
 use crate::measure::bench::{Case, Truth, choose_timing};
 use crate::measure::chart::quoted;
 use crate::measure::report::Timing;
@@ -255,6 +255,17 @@ pub(super) struct DeviceArgs {
     /// a CPU device and where the device cannot, device elsewhere].
     #[arg(long, value_name = "device|shader", value_parser = parse_rays)]
     rays: Option<bool>,
+    /// What light in images of the screen's size is kept in [default: rgba32f].
+    #[arg(long, value_name = "rgba32f|rgba16f", value_parser = parse_screen_format)]
+    screen_format: Option<ScreenFormat>,
+}
+
+fn parse_screen_format(text: &str) -> Result<ScreenFormat, String> {
+    match text {
+        "rgba32f" => Ok(ScreenFormat::Float32),
+        "rgba16f" => Ok(ScreenFormat::Float16),
+        _ => Err(String::from("write rgba32f or rgba16f")),
+    }
 }
 
 fn parse_rays(text: &str) -> Result<bool, String> {
@@ -282,6 +293,7 @@ impl DeviceArgs {
         Ok(GpuOptions {
             device,
             device_rays: self.rays,
+            screen_format: self.screen_format.unwrap_or_default(),
             validate,
             faults,
             cache_dir: Some(cache_dir()),

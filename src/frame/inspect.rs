@@ -11,8 +11,8 @@ use crate::gi::registry;
 use crate::graph::{Error, Frame, Image as GpuImage};
 use crate::image::{Aov, Image, IndirectImage};
 use crate::render::{
-    MapChannel, SurfaceChannel, Terms, UNDERSAMPLED, read_aov, read_indirect, read_light_map,
-    read_pixel, read_surface, screen_image, undersampled,
+    MapChannel, SurfaceChannel, Terms, UNDERSAMPLED, exact_screen_image, read_aov, read_indirect,
+    read_light_map, read_pixel, read_surface, undersampled,
 };
 
 /// What there is to trace at a pixel.
@@ -78,7 +78,7 @@ impl Renderer<'_> {
             return Ok(None);
         }
         let [width, height] = self.settings.size;
-        let seen = screen_image(self.gpu, "frame.view", [width, height])?;
+        let seen = exact_screen_image(self.gpu, "frame.view", [width, height])?;
         let mut frame = Frame::new();
         frame.set_scene(&self.scene.set, &self.scene.materials);
         self.technique

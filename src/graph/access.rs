@@ -34,6 +34,8 @@ pub enum Access {
     DepthTarget,
     /// Arguments of an indirect dispatch or draw.
     IndirectRead,
+    /// Indices of a draw.
+    IndexRead,
     /// The word that says whether passes run.
     ConditionRead,
     /// Source of a copy or blit.
@@ -75,7 +77,7 @@ const RASTER: vk::PipelineStageFlags2 = vk::PipelineStageFlags2::from_raw(
 
 impl Access {
     /// All words, for tests.
-    pub const ALL: [Access; 21] = [
+    pub const ALL: [Access; 22] = [
         Access::ComputeRead,
         Access::ComputeWrite,
         Access::ComputeReadWrite,
@@ -89,6 +91,7 @@ impl Access {
         Access::ColorTarget,
         Access::DepthTarget,
         Access::IndirectRead,
+        Access::IndexRead,
         Access::ConditionRead,
         Access::TransferRead,
         Access::TransferWrite,
@@ -147,6 +150,7 @@ impl Access {
                 A::NONE,
                 L::UNDEFINED,
             ),
+            Access::IndexRead => (S::INDEX_INPUT, A::INDEX_READ, A::NONE, L::UNDEFINED),
             Access::ConditionRead => (
                 S::CONDITIONAL_RENDERING_EXT,
                 A::CONDITIONAL_RENDERING_READ_EXT,

@@ -66,7 +66,7 @@ pub struct DrawBatch {
     pub material: u32,
     /// Push constants of this draw; empty to use the pass's.
     pub push: Vec<u8>,
-    /// First vertex index.
+    /// First vertex, or the first index where there are indices.
     pub first_vertex: u32,
     /// Number of vertices, three for each triangle.
     pub vertex_count: u32,
@@ -105,6 +105,8 @@ pub(super) enum Run {
         depth: Option<Target>,
         extent: [u32; 2],
         viewport: Option<u32>,
+        /// 32-bit numbers of vertices, which batches are then ranges of.
+        indices: Option<Arc<Buffer>>,
         batches: Vec<DrawBatch>,
     },
 }
@@ -247,6 +249,20 @@ impl<'f> PassBuilder<'f> {
 
     /// Draws triangles by vertex index, all in one rendering scope.
     pub fn draw(self, targets: Targets<'_>, batches: Vec<DrawBatch>) {
+        self.draw_by(targets, None, batches);
+    }
+
+    /// The same of the vertices that a buffer of 32-bit indices names.
+    pub fn draw_indexed(
+        self,
+        targets: Targets<'_>,
+        indices: &Arc<Buffer>,
+        batches: Vec<DrawBatch>,
+    ) {
+        self.draw_by(targets, Some(indices), batches);
+    }
+
+    fn draw_by(self, targets: Targets<'_>, indices: Option<&Arc<Buffer>>, batches: Vec<DrawBatch>) {
         let name = self.pass.name;
         let Shaders::Raster { state, .. } = &self.pass.shaders else {
             assert!(
@@ -287,15 +303,21 @@ impl<'f> PassBuilder<'f> {
             .iter()
             .map(|target| (target, Access::ColorTarget))
             .chain(depth.iter().map(|target| (target, Access::DepthTarget)));
-        let uses = access
+        let mut uses: Vec<_> = access
             .map(|(target, access)| target.used(name, targets.extent, access))
             .collect();
+        uses.extend(indices.map(|buffer| {
+            let resource = Resource::from(buffer);
+            let used = resource.used(Access::IndexRead);
+            (resource, used)
+        }));
         self.finish(
             Run::Draw {
                 color,
                 depth,
                 extent: targets.extent,
                 viewport: targets.viewport,
+                indices: indices.map(Arc::clone),
                 batches,
             },
             uses,

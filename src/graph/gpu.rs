@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use ash::vk;
+
 use super::frame::Frame;
 use super::journal::JournalFrame;
 use super::pace::{LONGEST_MS, Pace};
@@ -38,6 +40,8 @@ pub struct GpuOptions {
     /// Whether the device traces rays itself, for which it needs [`Features::ray_query`], or
     /// shaders do; `None`: the device, where it can and is no CPU, which is slower at it.
     pub device_rays: Option<bool>,
+    /// What light in images of the screen's size is kept in.
+    pub screen_format: ScreenFormat,
     /// With the validation layer, which checks every access to a buffer too: slow, and clamps
     /// nothing.
     pub check_accesses: bool,
@@ -53,6 +57,28 @@ pub struct GpuOptions {
     /// What goes wrong, for tests.
     #[doc(hidden)]
     pub faults: Faults,
+}
+
+/// Numbers of the light in images of the screen's size: direct, indirect, and what lies between.
+/// Depth, normals and motion stay as they are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ScreenFormat {
+    /// RGBA32F.
+    #[default]
+    Float32,
+    /// RGBA16F: half of the memory and of its traffic. Numbers have 11 bits, and light of more than
+    /// 65,504 W/(m² sr) overflows.
+    Float16,
+}
+
+impl ScreenFormat {
+    /// What Vulkan calls it.
+    pub(crate) fn format(self) -> vk::Format {
+        match self {
+            ScreenFormat::Float32 => vk::Format::R32G32B32A32_SFLOAT,
+            ScreenFormat::Float16 => vk::Format::R16G16B16A16_SFLOAT,
+        }
+    }
 }
 
 impl GpuOptions {
@@ -85,6 +111,7 @@ pub struct Gpu {
     own_count: usize,
     isolate: bool,
     device_rays: bool,
+    screen_format: ScreenFormat,
     cache_dir: Option<PathBuf>,
     progress: Option<fn(&'static str, f32)>,
 }
@@ -114,6 +141,7 @@ impl Gpu {
             own_count,
             isolate: options.isolate_passes,
             device_rays,
+            screen_format: options.screen_format,
             cache_dir: options.cache_dir.clone(),
             progress: options.progress,
         })
@@ -405,6 +433,11 @@ impl Gpu {
     /// Whether the device traces rays itself, through acceleration structures.
     pub fn traces_rays(&self) -> bool {
         self.device_rays
+    }
+
+    /// What light in images of the screen's size is kept in.
+    pub fn screen_format(&self) -> ScreenFormat {
+        self.screen_format
     }
 
     /// The optional features that the device has.

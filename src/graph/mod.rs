@@ -57,7 +57,7 @@ pub use access::{Access, Sync};
 pub use build::Corners;
 pub use builder::{BatchDispatch, ClearOrLoad, DrawBatch, PassBuilder, Targets};
 pub use frame::{Bound, ClearValue, Frame, Resource};
-pub use gpu::{Gpu, GpuOptions};
+pub use gpu::{Gpu, GpuOptions, ScreenFormat};
 #[doc(hidden)]
 pub use journal::{Issued, IssuedBarrier, JournalFrame, Touch};
 pub use pass::{

@@ -1,8 +1,8 @@
 //! From a planned frame to commands: the only place that issues barriers, labels, timers and
 //! dispatches.
 
-use std::collections::HashMap;
 use std::collections::hash_map::Entry;
+use std::collections::{BTreeSet, HashMap};
 use std::num::NonZero;
 use std::panic::resume_unwind;
 use std::sync::Arc;
@@ -28,8 +28,15 @@ use crate::vulkan::{
 /// shaders or targets.
 type PassKey = (usize, bool);
 
-/// A pass, and the numbers and values of specialization constants.
-type PipelineKey = (PassKey, Vec<(u32, u32)>);
+/// What a pipeline is made for.
+#[derive(Clone, PartialEq, Eq, Hash)]
+struct PipelineKey {
+    pass: PassKey,
+    /// Numbers and values of specialization constants.
+    constants: Vec<(u32, u32)>,
+    /// Whether its images of light are RGBA16F where shaders say RGBA32F.
+    halves: bool,
+}
 
 fn key_of(call: &PassCall) -> PassKey {
     (std::ptr::from_ref(call.pass).addr(), call.queries())
@@ -43,6 +50,8 @@ struct Layouts {
     asks_for: [bool; 2],
     /// Whether they need all workgroups in one dispatch.
     counts_groups: bool,
+    /// Bindings of which shaders say that they are RGBA32F images as large as the screen.
+    full_images: BTreeSet<u32>,
 }
 
 /// Pipelines by pass and specialization constants, made before the first frame that uses them.
@@ -88,9 +97,11 @@ impl Pipelines {
                     pass.push_bytes() as u32,
                 )?;
                 let (mut asks_for, mut counts_groups) = ([false; 2], false);
+                let mut full_images = BTreeSet::new();
                 for (_, stem) in pass.modules(key.1) {
                     let interface = Interface::of(&shader::words(&stem)?);
                     counts_groups |= interface.as_ref().is_some_and(Interface::counts_groups);
+                    full_images.extend(interface.iter().flat_map(Interface::full_images));
                     for (asks, (number, _)) in asks_for.iter_mut().zip(SCENE_CONSTANTS) {
                         *asks |= interface
                             .as_ref()
@@ -102,6 +113,7 @@ impl Pipelines {
                     pipeline,
                     asks_for,
                     counts_groups,
+                    full_images,
                 }))
             }
         }
@@ -120,7 +132,14 @@ impl Pipelines {
         let constants = (0..)
             .zip(call.constants.iter().copied())
             .chain(of_scene.map(|((has, _), (number, _))| (number, u32::from(has))));
-        Ok((key_of(call), constants.collect()))
+        let full = layouts.full_images.iter();
+        let bound = full.filter_map(|&binding| call.resources.get(binding as usize));
+        let halves = is_half(call.pass.name, bound);
+        Ok(PipelineKey {
+            pass: key_of(call),
+            constants: constants.collect(),
+            halves,
+        })
     }
 
     /// Makes the pipelines of a frame that are not there yet, on as many threads as there are
@@ -146,8 +165,7 @@ impl Pipelines {
         }
         let modules = &self.modules;
         let make = |(key, pass, layout): &(PipelineKey, &'static Pass, Arc<PipelineLayout>)| {
-            let used = pass.modules(key.0.1);
-            let made = create_pipeline(device, (pass, used), layout, modules, &key.1)?;
+            let made = create_pipeline(device, pass, layout, modules, key)?;
             Ok((key.clone(), (*pass, made)))
         };
         // Threads of their own: a pool's could take up other work, which waits for this device.
@@ -221,17 +239,12 @@ impl Pipelines {
         modules.insert(stem.to_owned(), words);
         let mut made = Vec::new();
         for (key, (pass, _)) in &self.pipelines {
-            let used = pass.modules(key.0.1);
+            let used = pass.modules(key.pass.1);
             if used.iter().any(|(_, used)| used == stem)
-                && let Some(layouts) = self.layouts.get(&key.0)
+                && let Some(layouts) = self.layouts.get(&key.pass)
             {
-                made.push((
-                    key.clone(),
-                    (
-                        *pass,
-                        create_pipeline(device, (pass, used), &layouts.pipeline, &modules, &key.1)?,
-                    ),
-                ));
+                let one = create_pipeline(device, pass, &layouts.pipeline, &modules, key)?;
+                made.push((key.clone(), (*pass, one)));
             }
         }
         let count = made.len();
@@ -241,20 +254,39 @@ impl Pipelines {
     }
 }
 
+/// Whether images of light are RGBA16F; those of one pass are all alike.
+fn is_half<'r>(pass: &str, mut images: impl Iterator<Item = &'r Resource>) -> bool {
+    let is_half = |resource: &Resource| {
+        matches!(resource, Resource::Image(image, _)
+            if image.desc().format == vk::Format::R16G16B16A16_SFLOAT)
+    };
+    let first = images.next().is_some_and(is_half);
+    assert!(
+        images.all(|other| is_half(other) == first),
+        "pass {pass}: some images of light are RGBA16F and some are not"
+    );
+    first
+}
+
 fn create_pipeline(
     device: &Arc<Device>,
-    (pass, used): (&Pass, Vec<(vk::ShaderStageFlags, String)>),
+    pass: &Pass,
     layout: &Arc<PipelineLayout>,
     replaced: &HashMap<String, Vec<u32>>,
-    constants: &[(u32, u32)],
+    key: &PipelineKey,
 ) -> Result<Arc<Pipeline>, Error> {
+    let constants = &key.constants;
     let words = |stem: &str| {
-        replaced
+        let words = replaced
             .get(stem)
-            .map_or_else(|| shader::words(stem), |words| Ok(words.clone()))
+            .map_or_else(|| shader::words(stem), |words| Ok(words.clone()))?;
+        Ok::<_, Error>(if key.halves {
+            shader::with_half_images(words)
+        } else {
+            words
+        })
     };
-    let modules: Vec<(vk::ShaderStageFlags, Vec<u32>)> = used
-        .into_iter()
+    let modules: Vec<(vk::ShaderStageFlags, Vec<u32>)> = (pass.modules(key.pass.1).into_iter())
         .map(|(stage, stem)| Ok((stage, words(&stem)?)))
         .collect::<Result<_, Error>>()?;
     let Shaders::Raster {
@@ -492,6 +524,7 @@ impl Recorder<'_> {
             Run::Draw {
                 extent,
                 viewport,
+                indices,
                 batches,
                 ..
             } => {
@@ -506,7 +539,11 @@ impl Recorder<'_> {
                         self.commands.draw_in(tile);
                     }
                     self.batch(&pipeline, call, batch.material, &batch.push);
-                    self.commands.draw(batch.first_vertex, batch.vertex_count);
+                    let (first, count) = (batch.first_vertex, batch.vertex_count);
+                    match indices {
+                        Some(indices) => self.commands.draw_indexed(indices, first, count),
+                        None => self.commands.draw(first, count),
+                    }
                 }
                 self.commands.end_rendering();
             }
@@ -598,9 +635,12 @@ fn issued(
         Run::Draw {
             color,
             depth,
+            indices,
             batches,
             ..
         } => {
+            let indices = indices.iter();
+            touched.extend(indices.map(|buffer| Touch::buffer(buffer, Access::IndexRead)));
             touched.extend(color.iter().zip(color_views).filter_map(|(target, view)| {
                 Touch::attachment(&target.image, view, Access::ColorTarget)
             }));

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 
 use super::{GBuffer, IndirectLight, LightMaps, Output};
-use crate::graph::{Error, Gpu, Image as GpuImage};
+use crate::graph::{Error, Gpu, Image as GpuImage, vk};
 use crate::image::{Aov, Image, IndirectImage};
 
 /// Reads one output of a frame; `None` for what no image of it has.
@@ -102,6 +102,9 @@ fn read_visibility(gpu: &Gpu, gbuffer: &GBuffer, light: &IndirectLight) -> Resul
 }
 
 fn floats(gpu: &Gpu, image: &Arc<GpuImage>) -> Result<Vec<f32>, Error> {
+    if image.desc().format == vk::Format::R16G16B16A16_SFLOAT {
+        return Ok(halves(gpu, image)?.into_iter().flatten().collect());
+    }
     Ok(bytemuck::pod_collect_to_vec(&gpu.read_image(image, 0, 0)?))
 }
 

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use bytemuck::cast_slice;
 use glam::Vec3;
 
+use super::corners::corners;
 use super::emitters::{Emitter, emitters};
 use super::environment::GpuEnvironment;
 use super::grid::Grid;
@@ -147,6 +148,8 @@ pub struct GpuScene {
     pub host: Arc<Scene>,
     /// Set 0: the frame constants and the buffers of geometry, materials and lights.
     pub set: Arc<SceneSet>,
+    /// Three corners of each triangle, for indexed draws (`vertex_of_corner` of shaders).
+    pub corners: Arc<Buffer>,
     /// Set 2 of each material.
     pub materials: MaterialSets,
     /// Triangle ranges by material.
@@ -340,8 +343,14 @@ impl GpuScene {
             .map(|vertex| [vertex.u, vertex.v])
             .collect();
         let triangles = scene.triangles.iter();
-        let triangle_vertices: Vec<[u32; 3]> = triangles.clone().map(|one| one.vertices).collect();
-        let triangle_materials: Vec<u32> = triangles.map(|one| one.material).collect();
+        let mut triangle_vertices: Vec<[u32; 3]> =
+            triangles.clone().map(|one| one.vertices).collect();
+        let mut triangle_materials: Vec<u32> = triangles.map(|one| one.material).collect();
+        let corners = corners(&triangle_vertices, scene.vertices.len());
+        // Corners that are first in no triangle have rows of their own, after those of triangles.
+        triangle_vertices.extend(corners.further.iter().map(|&vertex| [vertex; 3]));
+        triangle_materials.resize(triangle_vertices.len(), 0);
+        check_corners(gpu, triangle_vertices.len())?;
         let materials: Vec<GpuMaterial> = scene.materials.iter().map(gpu_material).collect();
         let buffers = SceneBindings {
             frame_uniform,
@@ -384,6 +393,7 @@ impl GpuScene {
         Ok(GpuScene {
             host: Arc::new(scene.clone()),
             set,
+            corners: shared("scene.corners", cast_slice(&corners.indices))?,
             materials: material_sets(gpu, &textures, &material_textures)?,
             batches: scene.batches(),
             clusters: clusters(scene),
@@ -642,6 +652,16 @@ impl GpuScene {
             gathered: Grid::whole([width, height]).row(),
         }
     }
+}
+
+/// An error where draws by indices cannot name so many corners.
+fn check_corners(gpu: &Gpu, wanted: usize) -> Result<(), Error> {
+    // What Vulkan promises for devices without the feature.
+    let available = 1 << 24;
+    if gpu.features().full_indices || wanted <= available {
+        return Ok(());
+    }
+    Err(Error::TooManyCorners { wanted, available })
 }
 
 /// A storage buffer with contents; at least 16 bytes, so that it can be bound.

@@ -3,6 +3,7 @@
 
 mod aov;
 pub mod bvh;
+mod corners;
 pub mod emitters;
 mod environment;
 mod gpu_scene;
@@ -34,8 +35,8 @@ pub use lights::views::{GpuLightView, LightCascades};
 pub use screen::gbuffer::{Follows, GBUFFER, GBuffer};
 pub use screen::motion::{BEHIND_PX, KEEP_POSE, MotionParams};
 pub use screen::output::{
-    COMPOSITE, DIRECT, DirectParams, IndirectLight, Output, screen_groups, screen_image,
-    screen_image_of,
+    COMPOSITE, DIRECT, DirectParams, IndirectLight, Output, exact_screen_image, screen_groups,
+    screen_image, screen_image_of,
 };
 pub use screen::receivers::{PICK, Picked, Receivers};
 pub use screen::terms_view::{TERMS_VIEW, Terms, TermsParams};

@@ -23,6 +23,21 @@ mod op {
     pub(super) const PUSH_CONSTANT: u32 = 9;
 }
 
+/// Opcode of a type of images.
+pub(super) const TYPE_IMAGE: u32 = 25;
+
+/// Number of the format RGBA16F (SPIR-V specification, section 3.11).
+pub(super) const RGBA16F: u32 = 2;
+
+/// Whether an `OpTypeImage` is that of a two-dimensional RGBA32F storage image, by what it says
+/// after its result: sampled type, dimensions, depth, arrayed, multisampled, sampled, format.
+pub(super) fn is_full_image(kind: &[u32]) -> bool {
+    const D2: u32 = 1;
+    const STORAGE: u32 = 2;
+    const RGBA32F: u32 = 1;
+    matches!(kind, [_, D2, _, _, _, STORAGE, RGBA32F])
+}
+
 /// Descriptors, push constants, specialization constants, stage and workgroup of a module.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Interface {
@@ -33,6 +48,8 @@ pub struct Interface {
     spec_ids: BTreeSet<u32>,
     /// Whether it reads how many workgroups there are.
     counts_groups: bool,
+    /// Bindings of set 1 that are two-dimensional RGBA32F storage images.
+    full_images: BTreeSet<u32>,
     /// Execution model, then the workgroup of a compute shader.
     stage: Vec<u32>,
 }
@@ -68,7 +85,10 @@ impl Interface {
                 }
                 (op::TYPE_POINTER, [id, _, target]) => drop(pointers.insert(*id, *target)),
                 (op::VARIABLE, [kind, id, class, ..]) => variables.push([*kind, *id, *class]),
-                (op::TYPE_FIRST..=op::TYPE_LAST, [id, ..]) => drop(types.insert(*id, opcode)),
+                (op::TYPE_FIRST..=op::TYPE_LAST, [id, kind @ ..]) => {
+                    let is_full = opcode == TYPE_IMAGE && is_full_image(kind);
+                    types.insert(*id, (opcode, is_full));
+                }
                 _ => {}
             }
             rest = rest.get(length.max(1)..)?;
@@ -81,12 +101,11 @@ impl Interface {
                     .extend(offsets.get(&target).into_iter().flatten());
             }
             if let (Some(set), Some(binding)) = (sets.get(&id), bindings.get(&id)) {
-                found.descriptors.insert([
-                    *set,
-                    *binding,
-                    class,
-                    types.get(&target).copied().unwrap_or_default(),
-                ]);
+                let (opcode, is_full) = types.get(&target).copied().unwrap_or_default();
+                found.descriptors.insert([*set, *binding, class, opcode]);
+                if is_full && *set == 1 {
+                    found.full_images.insert(*binding);
+                }
             }
         }
         Some(found)
@@ -95,6 +114,11 @@ impl Interface {
     /// Whether it reads how many workgroups there are, so that all have to be in one dispatch.
     pub fn counts_groups(&self) -> bool {
         self.counts_groups
+    }
+
+    /// Bindings of a pass's own set that are two-dimensional RGBA32F storage images.
+    pub fn full_images(&self) -> impl Iterator<Item = u32> {
+        self.full_images.iter().copied()
     }
 
     /// Whether it has a specialization constant of this number.

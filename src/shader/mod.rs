@@ -37,6 +37,24 @@ fn words_of(bytes: &[u8]) -> Vec<u32> {
         .collect()
 }
 
+/// A module whose two-dimensional RGBA32F storage images are RGBA16F: what shaders read and write
+/// stays the same.
+pub fn with_half_images(mut words: Vec<u32>) -> Vec<u32> {
+    let mut at = 5;
+    while let Some(&first) = words.get(at) {
+        let length = ((first >> 16) as usize).max(1);
+        if first & 0xffff == interface::TYPE_IMAGE
+            && let Some([_, _, kind @ ..]) = words.get_mut(at..at + length)
+            && interface::is_full_image(kind)
+            && let Some(format) = kind.last_mut()
+        {
+            *format = interface::RGBA16F;
+        }
+        at += length;
+    }
+    words
+}
+
 /// The stems of all embedded modules, sorted.
 pub fn stems() -> impl Iterator<Item = &'static str> {
     modules::MODULES.iter().map(|(name, _)| *name)

@@ -13,7 +13,7 @@ use crate::gi::Settings;
 use crate::gi::entry::{Entry, Suited};
 use crate::graph::{Error, FrameStats, Gpu, Image as GpuImage};
 use crate::image::Image;
-use crate::render::{GpuScene, RSM, SHADOW_MAPS, ShadowSettings, Terms, screen_image};
+use crate::render::{GpuScene, RSM, SHADOW_MAPS, ShadowSettings, Terms, exact_screen_image};
 use crate::scene::{Camera, Environment, Light};
 
 /// How long a picture may take while something moves (ms).
@@ -259,7 +259,7 @@ impl<'g> Pane<'g> {
         if let Some(light) = unused.next() {
             return Ok(Arc::clone(light));
         }
-        let light = screen_image(gpu, "window.light", self.renderer.capacity())?;
+        let light = exact_screen_image(gpu, "window.light", self.renderer.capacity())?;
         self.lights.push(Arc::clone(&light));
         Ok(light)
     }

@@ -75,6 +75,8 @@ pub struct Check {
 pub struct Features {
     /// Geometry shaders, and `gl_PrimitiveID` in fragment shaders.
     pub geometry_shader: bool,
+    /// Indices of draws beyond 2²⁴ − 1.
+    pub full_indices: bool,
     /// Anisotropic filtering.
     pub sampler_anisotropy: bool,
     /// 64-bit integers in shaders.
@@ -283,6 +285,7 @@ impl Adapter {
         }
         let found = &mut self.features;
         found.geometry_shader = base.geometry_shader == vk::TRUE;
+        found.full_indices = base.full_draw_index_uint32 == vk::TRUE;
         found.sampler_anisotropy = base.sampler_anisotropy == vk::TRUE;
         found.shader_int64 = base.shader_int64 == vk::TRUE;
         found.conservative_rasterization =
@@ -369,7 +372,7 @@ impl Adapter {
 
 impl Features {
     /// Name of each, whether it is there, and what its absence costs.
-    fn optional(&mut self) -> [(&'static str, &mut bool, &'static str); 9] {
+    fn optional(&mut self) -> [(&'static str, &mut bool, &'static str); 10] {
         [
             (
                 "geometryShader",
@@ -400,6 +403,11 @@ impl Features {
                 RAY_QUERY,
                 &mut self.ray_query,
                 "rays go through hierarchies in compute shaders",
+            ),
+            (
+                "fullDrawIndexUint32",
+                &mut self.full_indices,
+                "no scenes of more than some 16 million triangles",
             ),
             (
                 "samplerAnisotropy",

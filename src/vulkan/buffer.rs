@@ -11,8 +11,8 @@ use super::{Context, Device, Error, Owner};
 /// What a buffer is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BufferUsage {
-    /// Storage in device memory; also source and destination of copies, and arguments of indirect
-    /// work.
+    /// Storage in device memory; also source and destination of copies, arguments of indirect
+    /// work, and indices of draws.
     Storage,
     /// Small constants in device memory, which come with the commands of a frame.
     Uniform,
@@ -238,6 +238,7 @@ fn usage_flags(device: &Device, usage: BufferUsage) -> vk::BufferUsageFlags {
                 | conditions
                 | vk::BufferUsageFlags::STORAGE_BUFFER
                 | vk::BufferUsageFlags::INDIRECT_BUFFER
+                | vk::BufferUsageFlags::INDEX_BUFFER
         }
         BufferUsage::Uniform => {
             vk::BufferUsageFlags::TRANSFER_DST | vk::BufferUsageFlags::UNIFORM_BUFFER

@@ -381,6 +381,16 @@ impl Commands {
         };
     }
 
+    /// Draws the vertices that a range of `indices` names, 32 bits each.
+    pub(crate) fn draw_indexed(&self, indices: &Buffer, first: u32, count: u32) {
+        let device = self.device.raw();
+        // SAFETY: as for `draw`; the buffer may hold indices.
+        unsafe {
+            device.cmd_bind_index_buffer(self.raw, indices.raw(), 0, vk::IndexType::UINT32);
+            device.cmd_draw_indexed(self.raw, count, 1, first, 0, 0);
+        }
+    }
+
     pub(crate) fn end_rendering(&self) {
         // SAFETY: as for `barriers`; a rendering scope is open.
         unsafe { self.device.raw().cmd_end_rendering(self.raw) };

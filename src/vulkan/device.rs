@@ -321,6 +321,7 @@ fn open(
         .fragment_stores_and_atomics(true)
         .shader_storage_image_extended_formats(true)
         .robust_buffer_access(is_robust)
+        .full_draw_index_uint32(found.full_indices)
         .geometry_shader(found.geometry_shader)
         .sampler_anisotropy(found.sampler_anisotropy)
         .shader_int64(found.shader_int64);

@@ -76,6 +76,17 @@ pub enum Error {
         /// Extent, mips and layers possible.
         available: String,
     },
+    /// Indices of draws are too small for a scene.
+    #[error(
+        "the scene has {wanted} corners of triangles, but a draw of this device can name \
+         {available} (fullDrawIndexUint32); leave out parts of the scene"
+    )]
+    TooManyCorners {
+        /// Corners of the scene.
+        wanted: usize,
+        /// Corners that indices can name.
+        available: usize,
+    },
     /// The memory heap is full.
     #[error(
         "{resource}: out of memory: {wanted} bytes wanted, {available} bytes available; lower the \

@@ -21,7 +21,7 @@ use Access::{
 /// follows.
 #[test]
 fn every_word_means_what_the_specification_says() {
-    assert_eq!(Access::ALL.into_iter().collect::<HashSet<_>>().len(), 21);
+    assert_eq!(Access::ALL.into_iter().collect::<HashSet<_>>().len(), 22);
     for access in Access::ALL {
         let (sync, known) = (access.sync(), meaning(access));
         assert_eq!(expand(sync.stage), known.stages, "{access:?}");
@@ -168,13 +168,14 @@ fn sampling_and_storing_one_mip_in_one_pass_asserts() {
     );
 }
 
-const BUFFER_WORDS: [Access; 10] = [
+const BUFFER_WORDS: [Access; 11] = [
     ComputeRead,
     ComputeWrite,
     ComputeReadWrite,
     RasterRead,
     RasterReadWrite,
     IndirectRead,
+    Access::IndexRead,
     Access::ConditionRead,
     TransferRead,
     TransferWrite,

@@ -72,6 +72,7 @@ mod ray_spaces;
 mod rays;
 mod rules;
 mod screen;
+mod screen_format;
 mod screen_gather;
 mod screen_mirrored;
 mod sky;

@@ -89,6 +89,7 @@ pub fn meaning(access: Access) -> Meaning {
             A::NONE,
             L::UNDEFINED,
         ),
+        Access::IndexRead => (S::INDEX_INPUT, A::INDEX_READ, A::NONE, L::UNDEFINED),
         Access::ConditionRead => (
             S::CONDITIONAL_RENDERING_EXT,
             A::CONDITIONAL_RENDERING_READ_EXT,

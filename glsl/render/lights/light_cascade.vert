@@ -34,15 +34,17 @@ vec3 mapped(LightView view, vec3 position) {
 
 void main() {
     LightView view = light_views[params.view];
-    uint triangle = gl_VertexIndex / 3u, own = gl_VertexIndex % 3u;
+    // What is flat is that of a triangle's first corner, which has the triangle's number
+    // (shared/frame.glsl).
+    uint triangle = uint(gl_VertexIndex);
     uvec3 vertices = vertices_of(triangle);
     vec3 corners[3], places[3];
     for (uint i = 0u; i < 3u; ++i) {
         corners[i] = position_of(vertices[i]);
         places[i] = mapped(view, corners[i]);
     }
-    position_ws = corners[own];
-    uv = texture_uv(vertices[own]);
+    position_ws = corners[0];
+    uv = texture_uv(vertices.x);
     material = triangle_materials[triangle];
     normal = normalize(cross(corners[1] - corners[0], corners[2] - corners[0]));
 
@@ -62,6 +64,6 @@ void main() {
     plane_depths = vec4(height.z, min(min(places[0].z, places[1].z), places[2].z),
         max(max(places[0].z, places[1].z), places[2].z), 0.0);
 
-    vec2 map = (places[own].xy - vec2(view.light.zw)) * (2.0 / float(view.light.y)) - 1.0;
-    gl_Position = vec4(map, places[own].z, 1.0);
+    vec2 map = (places[0].xy - vec2(view.light.zw)) * (2.0 / float(view.light.y)) - 1.0;
+    gl_Position = vec4(map, places[0].z, 1.0);
 }

@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// render.gbuffer: vertex pulling.
+// render.gbuffer: vertex pulling, by corners (shared/frame.glsl).
 #include "shared/frame.glsl"
 
 layout(location = 0) out vec3 position_ws;
@@ -15,8 +15,8 @@ layout(location = 5) precise out vec4 previous_clip;
 #endif
 
 void main() {
-    triangle_index = uint(gl_VertexIndex) / 3u;
-    uint vertex = triangle_vertices[gl_VertexIndex];
+    triangle_index = uint(gl_VertexIndex);
+    uint vertex = vertex_of_corner(triangle_index);
     position_ws = position_of(vertex);
     normal_ws = shading_normal_of(vertex);
     uv = texture_uv(vertex);

@@ -321,7 +321,7 @@ impl LightMaps {
                 pass.constant("TEXTURED", kind != TextureUse::None)
                     .constant("SPOT", matches!(light, Light::Spot { .. }))
             };
-            pass.draw(targets, draws);
+            pass.draw_indexed(targets, &scene.corners, draws);
         }
     }
 }

@@ -284,8 +284,8 @@ impl GBuffer {
         match &self.previous {
             Some(previous) => pass
                 .bind("previous_positions", previous.bound(scene))
-                .draw(targets, previous.draws(scene, draws)),
-            None => pass.draw(targets, draws),
+                .draw_indexed(targets, &scene.corners, previous.draws(scene, draws)),
+            None => pass.draw_indexed(targets, &scene.corners, draws),
         }
     }
 }

@@ -6,8 +6,8 @@ use super::super::{GpuScene, LightMaps, ShadowSettings};
 use super::gbuffer::GBuffer;
 use crate::gpu_struct;
 use crate::graph::{
-    Access, Binding, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Owner, Pass, Sets,
-    Shaders, vk,
+    Access, Binding, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Owner, Pass,
+    ScreenFormat, Sets, Shaders, vk,
 };
 use crate::shader::GpuStruct;
 
@@ -81,7 +81,8 @@ pub struct Output {
 impl Output {
     /// Allocates the pictures.
     pub fn new(gpu: &Gpu, size: [u32; 2]) -> Result<Self, Error> {
-        let image = |name: &str| image_of(gpu, name, size, (LIGHT, Owner::Shared));
+        let light = (gpu.screen_format().format(), Owner::Shared);
+        let image = |name: &str| image_of(gpu, name, size, light);
         Ok(Output {
             direct: image("output.direct")?,
             indirect: image("output.indirect")?,
@@ -140,9 +141,15 @@ impl Output {
     }
 }
 
-/// An RGBA32F image of the size of the screen, for a technique.
+/// An image of light, of the size of the screen and in the format of screens ([`ScreenFormat`]),
+/// for a technique.
 pub fn screen_image(gpu: &Gpu, name: &str, size: [u32; 2]) -> Result<Arc<Image>, Error> {
-    image_of(gpu, name, size, (LIGHT, Owner::Screen))
+    image_of(
+        gpu,
+        name,
+        size,
+        (gpu.screen_format().format(), Owner::Screen),
+    )
 }
 
 /// An image of the size of the screen and of any format, for a technique.
@@ -155,7 +162,10 @@ pub fn screen_image_of(
     image_of(gpu, name, size, (format, Owner::Screen))
 }
 
-const LIGHT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
+/// The same of RGBA32F in any case, for what the host reads.
+pub fn exact_screen_image(gpu: &Gpu, name: &str, size: [u32; 2]) -> Result<Arc<Image>, Error> {
+    screen_image_of(gpu, name, size, ScreenFormat::Float32.format())
+}
 
 fn image_of(
     gpu: &Gpu,

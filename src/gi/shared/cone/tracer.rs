@@ -12,7 +12,7 @@ use crate::gi::shared::voxel::{Directionality, LightBounces, VoxelGrid, VoxelRec
 use crate::gpu_struct;
 use crate::graph::compute::linear_groups;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Loops, Owner};
-use crate::render::{GBuffer, GpuScene, Receivers, screen_groups, screen_image, storage};
+use crate::render::{GBuffer, GpuScene, Receivers, exact_screen_image, screen_groups, storage};
 
 gpu_struct! {
     /// Parameters of `cone.gather`.
@@ -404,7 +404,7 @@ impl ConeTracer {
         volume: Volume<'_>,
         counted: [bool; 2],
     ) -> Result<Vec<(&'static str, u64)>, Error> {
-        let result = screen_image(gpu, "cone.samples", gbuffer.size)?;
+        let result = exact_screen_image(gpu, "cone.samples", gbuffer.size)?;
         let mut counts = Vec::new();
         let passes = [&volume.passes.gather, &volume.passes.specular];
         for (index, pass) in passes

@@ -13,11 +13,12 @@ layout(local_size_x = 64) in;
 const int TILE = 8;
 // voxels found before they are emitted: 12 KiB of shared memory a workgroup
 const uint QUEUE = 48u;
+const uint STRIDE = 64u;   // between entries of a thread: each thread has a bank of its own
 
 shared uint tile_ends[64];
 // bits | x | y | z |: 3, 3 and 26 bits, x and y in the tile, z relative to s.base plus DEPTH_BIAS.
 const int DEPTH_BIAS = 1;   // s.low.z is −1 or more
-shared uint queue[64u * QUEUE];
+shared uint queue[STRIDE * QUEUE];
 
 // Tiles in a row, and rows.
 ivec2 tiles(TriangleSetup s) {
@@ -102,7 +103,7 @@ void mark_with(inout uvec2 marks, TriangleSetup s, ivec3 local_voxel) {
 // False where the driver ended a loop early.
 bool voxelize_tile(uint thread, TriangleSetup s, Surface surface, Tile tile) {
     Walk at = Walk(tile.high.x, tile.low.y - 1, 0, tile.high.x, -1);
-    uint bottom = thread * QUEUE, top = bottom + QUEUE - 1u;
+    uint bottom = thread, top = bottom + (QUEUE - 1u) * STRIDE;
     bool going = true;
     while (going) {
         uint cut = 0u, inner = 0u;
@@ -113,7 +114,8 @@ bool voxelize_tile(uint thread, TriangleSetup s, Surface surface, Tile tile) {
             if (going && at.z <= at.last_z && touches(s, ivec3(column, at.z))) {
                 // What a mask leaves is found fragment by fragment.
                 bool whole = MASKED == 0u && is_inner(s, column);
-                queue[whole ? top - inner : bottom + cut] = queue_entry(column - tile.low, at.z);
+                uint free = whole ? top - STRIDE * inner : bottom + STRIDE * cut;
+                queue[free] = queue_entry(column - tile.low, at.z);
                 inner += uint(whole);
                 cut += uint(!whole);
             }
@@ -121,12 +123,12 @@ bool voxelize_tile(uint thread, TriangleSetup s, Surface surface, Tile tile) {
         uint slot = reserve(cut + inner), i, k;
         uvec2 marks = uvec2(0u);
         for (k = 0u; k < inner; ++k, ++slot) {
-            ivec3 voxel = queued_voxel(queue[top - k], tile.low);
+            ivec3 voxel = queued_voxel(queue[top - STRIDE * k], tile.low);
             mark_with(marks, s, voxel);
             place_fragment(s, surface, tile.triangle, voxel, slot, false);
         }
         for (i = 0u; i < cut; ++i, ++slot) {
-            ivec3 voxel = queued_voxel(queue[bottom + i], tile.low);
+            ivec3 voxel = queued_voxel(queue[bottom + STRIDE * i], tile.low);
             if (MASKED == 0u) mark_with(marks, s, voxel);
             place_fragment(s, surface, tile.triangle, voxel, slot, true);
         }

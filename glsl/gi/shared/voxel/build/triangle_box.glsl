@@ -187,6 +187,12 @@ struct Side {
 
 Side whole(vec3 line) { return Side(line, vec2(-4.0, 4.0)); }
 
+// Of two values by a condition, without a branch: a driver that keeps track of every path through
+// a shader has too many to keep otherwise.
+float select(bool condition, float yes, float no) { return mix(no, yes, condition); }
+vec2 select(bool condition, vec2 yes, vec2 no) { return mix(no, yes, bvec2(condition)); }
+bool select(bool condition, bool yes, bool no) { return mix(no, yes, condition); }
+
 // Cuts two lines' segments to each other's half-plane. If the lines coincide, `first` is kept.
 void meet(inout Side first, inout Side second) {
     float sine = second.line.x * first.line.y - second.line.y * first.line.x;
@@ -197,14 +203,15 @@ void meet(inout Side first, inout Side second) {
     bool parallel = abs(sine) < 1e-6, rising = sine > 0.0;
     // Either line comes to the same decision about the other, so that the outline stays closed.
     bool outside = first.line.z + second.line.z <= 0.0;
-    bool first_beaten = cosine > 0.0 ? second.line.z < first.line.z : outside;
-    bool second_beaten = cosine > 0.0 ? first.line.z <= second.line.z : outside;
-    vec2 cut_first = rising ? vec2(max(first.t.x, on_first), first.t.y)
-                            : vec2(first.t.x, min(first.t.y, on_first));
-    vec2 cut_second = rising ? vec2(second.t.x, min(second.t.y, on_second))
-                             : vec2(max(second.t.x, on_second), second.t.y);
-    first.t = parallel ? vec2(first.t.x, first_beaten ? -8.0 : first.t.y) : cut_first;
-    second.t = parallel ? vec2(second.t.x, second_beaten ? -8.0 : second.t.y) : cut_second;
+    bool first_beaten = select(cosine > 0.0, second.line.z < first.line.z, outside);
+    bool second_beaten = select(cosine > 0.0, first.line.z <= second.line.z, outside);
+    vec2 cut_first = select(rising, vec2(max(first.t.x, on_first), first.t.y),
+        vec2(first.t.x, min(first.t.y, on_first)));
+    vec2 cut_second = select(rising, vec2(second.t.x, min(second.t.y, on_second)),
+        vec2(max(second.t.x, on_second), second.t.y));
+    first.t = select(parallel, vec2(first.t.x, select(first_beaten, -8.0, first.t.y)), cut_first);
+    second.t =
+        select(parallel, vec2(second.t.x, select(second_beaten, -8.0, second.t.y)), cut_second);
 }
 
 // `meet` of a line with two that face each other, as the two ends of a band.
@@ -216,20 +223,21 @@ void meet_band(inout Side low, inout Side high, inout Side line) {
           on_high = (cosine * high.line.z + c) * inverse;
     float leaves_low = (low.line.z - cosine * c) * inverse,
           leaves_high = -(high.line.z + cosine * c) * inverse;
-    bool low_beaten = cosine > 0.0 ? c < low.line.z : low.line.z + c <= 0.0,
-         high_beaten = cosine < 0.0 ? c < high.line.z : high.line.z + c <= 0.0;
-    bool line_beaten = (cosine > 0.0 ? low.line.z <= c : low.line.z + c <= 0.0)
-        || (cosine < 0.0 ? high.line.z <= c : high.line.z + c <= 0.0);
+    bool low_beaten = select(cosine > 0.0, c < low.line.z, low.line.z + c <= 0.0),
+         high_beaten = select(cosine < 0.0, c < high.line.z, high.line.z + c <= 0.0);
+    bool by_low = select(cosine > 0.0, low.line.z <= c, low.line.z + c <= 0.0),
+         by_high = select(cosine < 0.0, high.line.z <= c, high.line.z + c <= 0.0);
+    bool line_beaten = any(bvec2(by_low, by_high));
     bool parallel = abs(sine) < 1e-6, rising = sine > 0.0;
-    vec2 cut_low =
-        rising ? vec2(max(low.t.x, on_low), low.t.y) : vec2(low.t.x, min(low.t.y, on_low));
-    vec2 cut_high =
-        rising ? vec2(high.t.x, min(high.t.y, on_high)) : vec2(max(high.t.x, on_high), high.t.y);
+    vec2 cut_low = select(
+        rising, vec2(max(low.t.x, on_low), low.t.y), vec2(low.t.x, min(low.t.y, on_low)));
+    vec2 cut_high = select(
+        rising, vec2(high.t.x, min(high.t.y, on_high)), vec2(max(high.t.x, on_high), high.t.y));
     vec2 cut_line = vec2(
         max(line.t.x, min(leaves_low, leaves_high)), min(line.t.y, max(leaves_low, leaves_high)));
-    low.t = parallel ? vec2(low.t.x, low_beaten ? -8.0 : low.t.y) : cut_low;
-    high.t = parallel ? vec2(high.t.x, high_beaten ? -8.0 : high.t.y) : cut_high;
-    line.t = parallel ? vec2(line.t.x, line_beaten ? -8.0 : line.t.y) : cut_line;
+    low.t = select(parallel, vec2(low.t.x, select(low_beaten, -8.0, low.t.y)), cut_low);
+    high.t = select(parallel, vec2(high.t.x, select(high_beaten, -8.0, high.t.y)), cut_high);
+    line.t = select(parallel, vec2(line.t.x, select(line_beaten, -8.0, line.t.y)), cut_line);
 }
 
 struct Outline {
@@ -242,10 +250,10 @@ struct Outline {
 void add_segment(Side side, inout Outline outline) {
     vec2 p = -side.line.xy * side.line.z, d = vec2(side.line.y, -side.line.x);
     bool adds = side.t.y > side.t.x;
-    outline.reference = adds && !outline.some ? p + side.t.x * d : outline.reference;
+    outline.reference = select(adds && !outline.some, p + side.t.x * d, outline.reference);
     outline.some = outline.some || adds;
     vec2 q0 = p + side.t.x * d - outline.reference, q1 = p + side.t.y * d - outline.reference;
-    float doubled = adds ? q0.x * q1.y - q0.y * q1.x : 0.0;
+    float doubled = select(adds, q0.x * q1.y - q0.y * q1.x, 0.0);
     outline.moment += doubled * (q0 + q1);
     outline.doubled += doubled;
 }

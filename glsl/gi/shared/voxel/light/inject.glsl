@@ -23,6 +23,10 @@ layout(constant_id = 2) const bool LISTED = false;   // only texels that voxel.l
 
 const int SPLIT = 3;
 
+// Texels that a thread looks for others like; those left after them are added one by one. A block
+// of texels that are all different would be read over and over, 2,080 times where it is 8² large.
+const int LEADERS = 4;
+
 layout(std430, set = 1, binding = 0) restrict readonly buffer LightViews {
     LightView light_views[];
 };
@@ -228,7 +232,7 @@ void main() {
     if (any(greaterThanEqual(first.xy, ivec2(view.light.y)))) return;
     // Texels of one plane and small together against a voxel are added as one.
     uvec2 added = uvec2(0u);
-    int seed = 0;
+    int seed = 0, leaders = 0;
     while (seed < BLOCK * BLOCK) {
         Footprint group, texel;
         ivec2 start = ivec2(seed % BLOCK, seed / BLOCK), low = start, high = start;
@@ -236,6 +240,10 @@ void main() {
         int next = BLOCK * BLOCK;
         for (int i = seed + 1; i < BLOCK * BLOCK; ++i) {
             if ((added[i >> 5] >> (i & 31) & 1u) != 0u) continue;
+            if (leaders == LEADERS) {
+                next = i;
+                break;
+            }
             ivec2 at = ivec2(i % BLOCK, i / BLOCK);
             bool is_texel_lit = read_texel(first + ivec3(at, 0), view, texel);
             vec3 offset = texel.centre - group.centre;
@@ -255,6 +263,7 @@ void main() {
         group.right *= float(high.x - low.x + 1);
         group.down *= float(high.y - low.y + 1);
         if (is_lit && may_reach(group.centre)) spread(group);
+        leaders = min(leaders + 1, LEADERS);
         seed = next;
     }
 }
