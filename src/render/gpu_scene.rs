@@ -582,7 +582,7 @@ impl GpuScene {
         found
     }
 
-    /// A draw of all triangles of each material.
+    /// A draw of all triangles of each material: of three vertices each, or by [`Self::corners`].
     pub fn draws(&self) -> Vec<DrawBatch> {
         self.draws_where(|_| true)
     }

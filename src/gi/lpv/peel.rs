@@ -126,7 +126,7 @@ impl CameraLayers {
                 .push(&PeelParams {
                     is_first: u32::from(index == 0),
                 })
-                .draw(
+                .draw_indexed(
                     Targets {
                         color: &[
                             (view_depth, 0, 0, black),
@@ -136,6 +136,7 @@ impl CameraLayers {
                         extent: size,
                         viewport: None,
                     },
+                    &scene.corners,
                     scene.draws(),
                 );
             before = view_depth;

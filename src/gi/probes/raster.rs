@@ -239,13 +239,14 @@ impl RasterSource {
             })
         });
         let pass = probes.bind(frame.pass(&RASTER));
-        pass.bind("probe_places", &volume.places).draw(
+        pass.bind("probe_places", &volume.places).draw_indexed(
             Targets {
                 color: &[(&self.seen, 0, 0, ClearOrLoad::ClearUint(NOTHING))],
                 depth: Some((&self.depth, 0, ClearOrLoad::Clear([0.0; 4]))),
                 extent: [MOST; 2],
                 viewport: None,
             },
+            &scene.corners,
             batches.collect(),
         );
         true

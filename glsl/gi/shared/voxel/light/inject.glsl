@@ -23,9 +23,9 @@ layout(constant_id = 2) const bool LISTED = false;   // only texels that voxel.l
 
 const int SPLIT = 3;
 
-// Texels that a thread looks for others like; those left after them are added one by one. A block
-// of texels that are all different would be read over and over, 2,080 times where it is 8² large.
-const int LEADERS = 4;
+// Texels that a thread looks for others like; those left after them are added one by one. Else a
+// block of 8² texels that are all different would take 2,080 reads.
+const int LEADERS = 8;
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer LightViews {
     LightView light_views[];
