@@ -13,7 +13,7 @@ use crate::support::scenes::{bundled, in_unit_grid, scene_of, soup};
 use crate::support::structures::tiles;
 use crate::support::technique::{Case, frame, shared_scene, shoot};
 use crate::support::voxels::{half, occupied, read, voxel_settings, voxelize};
-use crate::support::{Random, gpu, read_words};
+use crate::support::{Missing, Random, gpu, read_words, skipped};
 use glam::{DVec3, DVec4, UVec3, Vec3};
 use lumivox::gi::registry::find;
 use lumivox::gi::shared::voxel::oracle::VoxelIndex;
@@ -626,6 +626,12 @@ fn pieces_are_the_whole() {
 #[test]
 fn a_few_voxels_of_2048_cubed() {
     let gpu = gpu();
+    if gpu.limits().heap_bytes < 4 << 30 {
+        skipped(&Missing::Other(
+            "a grid of 2,048³ voxels: less than 4 GiB of memory",
+        ));
+        return;
+    }
     let corners = [
         Vec3::ZERO,
         Vec3::new(1.0, 0.3, 0.9),

@@ -6,8 +6,8 @@ use crate::support::scenes::{
     Corners, LARGEST_UNIT_GRID, bundled, in_unit_grid, lump, scene_of, soup,
 };
 use crate::support::voxels::{
-    Read, SetDifference, compare_sets, compare_surfaces, coordinates, occupied, oracle_grid, read,
-    voxel_settings, voxelize,
+    Read, SetDifference, compare_sets, compare_surfaces, coordinates, occupied, oracle_grid,
+    raster_methods, read, voxel_settings, voxelize,
 };
 use crate::support::{Random, gpu};
 use glam::{Quat, Vec3};
@@ -20,26 +20,13 @@ use lumivox::scene::{Camera, Scene};
 /// The scene by every method that the device has: the same bits. Returns that of `compute`.
 fn by_all_methods(gpu: &Gpu, scene: &GpuScene, resolution: u32, what: &str) -> Read {
     let compute = voxelize(gpu, scene, voxel_settings(resolution, Method::Compute));
-    for method in methods(gpu) {
+    for method in raster_methods(gpu) {
         let other = voxelize(gpu, scene, voxel_settings(resolution, method));
         same_bits(&compute, &other).unwrap_or_else(|difference| {
             panic!("{what} at {resolution}: compute and {method:?}: {difference}")
         });
     }
     compute
-}
-
-fn methods(gpu: &Gpu) -> Vec<Method> {
-    let features = gpu.features();
-    assert!(
-        features.geometry_shader,
-        "the tests need a device with geometry shaders"
-    );
-    if features.conservative_rasterization {
-        vec![Method::Raster, Method::RasterHw]
-    } else {
-        vec![Method::Raster]
-    }
 }
 
 fn same_bits(a: &Read, b: &Read) -> Result<(), String> {
@@ -195,7 +182,7 @@ fn thin_soups_are_the_oracles() {
             ..voxel_settings(32, method)
         };
         let thin = voxelize(&gpu, &gpu_scene, settings(Method::Compute));
-        for method in methods(&gpu) {
+        for method in raster_methods(&gpu) {
             same_bits(&thin, &voxelize(&gpu, &gpu_scene, settings(method)))
                 .unwrap_or_else(|difference| panic!("soup {seed}, {method:?}: {difference}"));
         }
@@ -450,7 +437,7 @@ fn fragments_that_do_not_fit_are_not_lost() {
         in_unit_grid(&mut scene, 32);
         scene
     });
-    for method in [Method::Compute, Method::Raster] {
+    for method in [vec![Method::Compute], raster_methods(&gpu)].concat() {
         let settings = voxel_settings(32, method);
         let mut voxelizer = Voxelizer::new(&gpu, &scenes[0], settings).unwrap();
         for (index, scene) in scenes.iter().enumerate() {

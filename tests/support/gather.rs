@@ -1,6 +1,7 @@
 //! Small G-buffers, volumes and what else the gather tests need.
 
 use super::compare::{Largest, Worst};
+use super::tolerance::device_class;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -271,10 +272,12 @@ pub fn errors(seen: &[DVec4], expected: &[DVec4]) -> (Vec<f64>, f64) {
     (relative, visibility)
 }
 
-/// At most 1% in every pixel.
+/// At most 1% in every pixel; 3% where textures are filtered with weights of 8 bits (found:
+/// 1.6% by SwiftShader, 2% by an H200).
 pub fn verdict((relative, visibility): &(Vec<f64>, f64)) -> Result<(), String> {
     let worst = relative.last().copied().unwrap_or(f64::NAN);
-    if worst <= 0.01 && *visibility <= 0.01 {
+    let most = device_class().allows(0.01, 0.03);
+    if worst <= most && *visibility <= most {
         Ok(())
     } else {
         Err(format!("off by {worst}, visibility by {visibility}"))

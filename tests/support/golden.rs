@@ -8,12 +8,14 @@ use lumivox::image::Image;
 use lumivox::metrics::{Channel, Flip, compare, exposure_of, flip};
 
 use super::technique::write_failure;
+use super::tolerance::device_class;
 
-/// Measured between two runs: 0 in all three; between two processors (llvmpipe compiles for each):
-/// up to 0.0057, 0.035 and 0.007, in the atrium.
-const FLIP_MEAN: f32 = 0.008;
-const FLIP_P99: f32 = 0.05;
-const REL_RMSE: f64 = 0.02;
+/// Mean and 99th percentile of ꟻLIP, and relative RMSE. On llvmpipe, measured between two runs: 0 in
+/// all three; between two processors (it compiles for each): up to 0.0057, 0.035 and 0.007, in the
+/// atrium. Other drivers see the other side of edges, which are many in small pictures.
+fn thresholds() -> (f32, f32, f64) {
+    device_class().allows((0.008, 0.05, 0.02), (0.03, 0.5, 0.15))
+}
 
 /// Where a golden picture is: in a folder beside the test of the same name.
 pub fn golden_path(folder: &str, name: &str) -> PathBuf {
@@ -58,7 +60,8 @@ pub fn distance(image: &Image, golden: &Image) -> (Flip, f64) {
 
 /// Whether two pictures count as the same.
 pub fn is_close((flip, rel_rmse): &(Flip, f64)) -> bool {
-    flip.mean <= FLIP_MEAN && flip.p99 <= FLIP_P99 && *rel_rmse <= REL_RMSE
+    let (mean, p99, most_rmse) = thresholds();
+    flip.mean <= mean && flip.p99 <= p99 && *rel_rmse <= most_rmse
 }
 
 /// Reads a PNG; `None` where there is none.
@@ -102,9 +105,9 @@ pub fn judge(folder: &str, name: &str, image: &Image, exposure: f32) -> Option<S
     if is_close(&found) {
         return None;
     }
+    let (mean, p99, most_rmse) = thresholds();
     let numbers = format!(
-        "flip mean {:.5} (at most {FLIP_MEAN}), p99 {:.5} ({FLIP_P99}), rel_rmse {:.5} \
-         ({REL_RMSE})",
+        "flip mean {:.5} (at most {mean}), p99 {:.5} ({p99}), rel_rmse {:.5} ({most_rmse})",
         found.0.mean, found.0.p99, found.1
     );
     write_failure(

@@ -32,6 +32,7 @@ pub mod skip;
 pub mod structures;
 pub mod surfaces;
 pub mod technique;
+pub mod tolerance;
 pub mod voxels;
 pub mod walker;
 

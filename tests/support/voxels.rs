@@ -17,7 +17,7 @@ use lumivox::render::GpuScene;
 use lumivox::scene::Scene;
 use rayon::prelude::*;
 
-use super::read_words;
+use super::{Missing, read_words, skipped};
 
 /// Exact accumulation, coverage as opacity.
 pub fn voxel_settings(resolution: u32, method: Method) -> VoxelSettings {
@@ -301,4 +301,18 @@ pub fn separations(scene: &Scene, grid: &Grid, surface: Surface) -> BTreeMap<Vox
         *entry = entry.min(near.separation);
     }
     least
+}
+
+/// The ways to voxelize by rasterization that the device has.
+pub fn raster_methods(gpu: &Gpu) -> Vec<Method> {
+    let features = gpu.features();
+    if !features.geometry_shader {
+        skipped(&Missing::Other("voxelization=raster: no geometry shaders"));
+        return Vec::new();
+    }
+    if features.conservative_rasterization {
+        vec![Method::Raster, Method::RasterHw]
+    } else {
+        vec![Method::Raster]
+    }
 }
