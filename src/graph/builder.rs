@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::frame::{Frame, Resource, Work};
-use super::pass::{BindingKind, Pass, Sets, Shaders};
+use super::pass::{BindingKind, Pass, SCENE_CONSTANTS, Sets, Shaders};
 use super::plan::{Span, Use};
 use super::sets::{MaterialSets, SceneSet};
 use super::{Access, ClearValue};
@@ -117,7 +117,7 @@ pub(super) struct PassCall {
     pub(super) resources: Vec<Resource>,
     pub(super) constants: Vec<u32>,
     /// Values of [`super::SCENE_CONSTANTS`], where the frame has a scene.
-    pub(super) scene_has: Option<[bool; 2]>,
+    pub(super) scene_has: Option<[bool; SCENE_CONSTANTS.len()]>,
     pub(super) push: Vec<u8>,
     pub(super) scene: Option<Arc<SceneSet>>,
     pub(super) materials: Option<MaterialSets>,
@@ -137,7 +137,7 @@ impl PassCall {
 /// A pass being added to a frame. Bindings and constants are given by name, in any order, and each
 /// of the declaration once.
 #[must_use = "a pass runs only when one of dispatch, dispatch_indirect, dispatch_batches, \
-              dispatch_chain or draw is called"]
+              dispatch_chain, draw or draw_indexed is called"]
 pub struct PassBuilder<'f> {
     frame: &'f mut Frame,
     pass: &'static Pass,

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::builder::{PassBuilder, PassCall};
-use super::pass::{Binding, Pass};
+use super::pass::{Binding, Pass, SCENE_CONSTANTS};
 use super::plan::{Span, Use};
 use super::sets::{MaterialSets, SceneSet};
 use super::{Access, Sets};
@@ -481,7 +481,7 @@ impl Frame {
     }
 
     /// Values of [`super::SCENE_CONSTANTS`], where it has a scene.
-    pub(super) fn scene_has(&self) -> Option<[bool; 2]> {
+    pub(super) fn scene_has(&self) -> Option<[bool; SCENE_CONSTANTS.len()]> {
         self.scene.as_ref().map(|scene| scene.has)
     }
 }

@@ -47,7 +47,7 @@ struct Layouts {
     set: Arc<SetLayout>,
     pipeline: Arc<PipelineLayout>,
     /// Which of [`SCENE_CONSTANTS`] its shaders have.
-    asks_for: [bool; 2],
+    asks_for: [bool; SCENE_CONSTANTS.len()],
     /// Whether they need all workgroups in one dispatch.
     counts_groups: bool,
     /// Bindings of which shaders say that they are RGBA32F images as large as the screen.
@@ -96,7 +96,8 @@ impl Pipelines {
                     &[&shared.scene, &set, &shared.material],
                     pass.push_bytes() as u32,
                 )?;
-                let (mut asks_for, mut counts_groups) = ([false; 2], false);
+                let mut asks_for = [false; SCENE_CONSTANTS.len()];
+                let mut counts_groups = false;
                 let mut full_images = BTreeSet::new();
                 for (_, stem) in pass.modules(key.1) {
                     let interface = Interface::of(&shader::words(&stem)?);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::Access;
-use super::pass::Pass;
+use super::pass::{Pass, SCENE_CONSTANTS};
 use crate::vulkan::{
     Buffer, Descriptor, DescriptorPool, Device, Error, Image, Loops, Sampler, SamplerDesc,
     SetLayout,
@@ -35,6 +35,10 @@ pub struct SceneBindings {
     pub sky: Arc<Image>,
     /// Whether a light has cascades.
     pub has_cascades: bool,
+    /// Whether a material has a texture.
+    pub has_textures: bool,
+    /// Whether a material has a texture of its specular lobe.
+    pub has_lobe_textures: bool,
 }
 
 /// Set 0: frame constants (0), samplers (1 linear clamp, 2 nearest clamp, 3 linear repeat),
@@ -45,7 +49,7 @@ pub struct SceneSet {
     /// The storage buffers.
     storage: [Arc<Buffer>; 7],
     /// Values of [`super::SCENE_CONSTANTS`].
-    pub(super) has: [bool; 2],
+    pub(super) has: [bool; SCENE_CONSTANTS.len()],
     /// The frame constants.
     frame_uniform: Arc<Buffer>,
     loops: Loops,
@@ -162,7 +166,12 @@ impl SceneSet {
         Ok(Arc::new(SceneSet {
             raw,
             storage,
-            has: [sky.extent(0) != [1; 3], bindings.has_cascades],
+            has: [
+                sky.extent(0) != [1; 3],
+                bindings.has_cascades,
+                bindings.has_textures,
+                bindings.has_lobe_textures,
+            ],
             frame_uniform: Arc::clone(&bindings.frame_uniform),
             loops: device.adapter().loops,
             _sky: Arc::clone(sky),

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::gi::Settings;
 use crate::gi::inspect::{Energy, OCCUPIED};
 use crate::gi::settings::Value;
-use crate::graph::{Gpu, HostWork, Owner, PassTimes, Spread};
+use crate::graph::{Gpu, HostWork, Owner, PassTimes, ScreenFormat, Spread};
 use crate::image::{Aov, GuideImage, Image};
 use crate::metrics::{
     Channel, Comparison, Errors, Flip, MaterialErrors, MetricError, compare, exposure_of, flip,
@@ -214,7 +214,7 @@ pub struct Report {
     pub commit: Option<String>,
     /// Name of the device.
     pub device: String,
-    /// Driver and its version, and that it traces rays, where it does.
+    /// Driver and its version, that it traces rays, and that light is in RGBA16F, where so.
     pub driver: String,
     /// Name of the scene.
     pub scene: String,
@@ -367,14 +367,19 @@ pub(super) fn shadow_text(changes: &BTreeMap<String, String>) -> String {
         .collect()
 }
 
-/// Driver and its version, and whether it traces rays: then its times are of other work.
+/// Driver and its version, whether it traces rays, and whether light is kept in 16 bits: then its
+/// times are of other work.
 pub(crate) fn driver_of(gpu: &Gpu) -> String {
     let rays = if gpu.traces_rays() {
         ", which traces rays"
     } else {
         ""
     };
-    format!("{}{rays}", gpu.info().driver)
+    let light = match gpu.screen_format() {
+        ScreenFormat::Float32 => "",
+        ScreenFormat::Float16 => ", light in RGBA16F",
+    };
+    format!("{}{rays}{light}", gpu.info().driver)
 }
 
 impl Report {

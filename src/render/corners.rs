@@ -43,6 +43,7 @@ pub(super) fn corners(triangles: &[[u32; 3]], vertex_count: usize) -> Corners {
 #[cfg(test)]
 mod tests {
     use super::*;
+
     #[test]
     fn corners_have_their_vertices_and_first_ones_their_triangles() {
         for count in [0, 1, 2, 50, 400] {

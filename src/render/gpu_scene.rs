@@ -350,7 +350,7 @@ impl GpuScene {
         // Corners that are first in no triangle have rows of their own, after those of triangles.
         triangle_vertices.extend(corners.further.iter().map(|&vertex| [vertex; 3]));
         triangle_materials.resize(triangle_vertices.len(), 0);
-        check_corners(gpu, triangle_vertices.len())?;
+        check_corners(gpu.features().full_indices, triangle_vertices.len())?;
         let materials: Vec<GpuMaterial> = scene.materials.iter().map(gpu_material).collect();
         let buffers = SceneBindings {
             frame_uniform,
@@ -375,6 +375,14 @@ impl GpuScene {
             )?,
             sky: environment.image_or_none(gpu)?,
             has_cascades: false,
+            has_textures: scene.materials.iter().any(|material| {
+                let textures = textures_of(material);
+                textures.iter().any(Option::is_some)
+            }),
+            has_lobe_textures: scene
+                .materials
+                .iter()
+                .any(|material| lobe_texture(material).is_some()),
         };
         let set = gpu.create_scene_set(&buffers)?;
         let dynamic = DynamicGeometry::new(scene);
@@ -654,11 +662,11 @@ impl GpuScene {
     }
 }
 
-/// An error where draws by indices cannot name so many corners.
-fn check_corners(gpu: &Gpu, wanted: usize) -> Result<(), Error> {
+/// An error where draws by indices cannot name so many corners: without `fullDrawIndexUint32`.
+fn check_corners(full_indices: bool, wanted: usize) -> Result<(), Error> {
     // What Vulkan promises for devices without the feature.
     let available = 1 << 24;
-    if gpu.features().full_indices || wanted <= available {
+    if full_indices || wanted <= available {
         return Ok(());
     }
     Err(Error::TooManyCorners { wanted, available })
@@ -798,4 +806,20 @@ fn upload_texture(gpu: &Gpu, texture: &Texture) -> Result<Arc<Image>, Error> {
         gpu.submit(frame)?;
     }
     Ok(image)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn corners_that_no_index_names_are_refused_with_numbers() {
+        let most = 1 << 24;
+        assert!(check_corners(false, most).is_ok());
+        assert!(check_corners(true, most + 1).is_ok());
+        let error = check_corners(false, most + 1).map_err(|error| error.to_string());
+        let message = error.expect_err("one corner too many");
+        assert!(message.contains("16777217 corners"), "{message}");
+        assert!(message.contains("16777216"), "{message}");
+    }
 }

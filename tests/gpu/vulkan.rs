@@ -76,6 +76,8 @@ fn empty_scene(gpu: &Gpu) -> Arc<SceneSet> {
         lights: storage("lights"),
         sky,
         has_cascades: false,
+        has_textures: false,
+        has_lobe_textures: false,
     };
     gpu.create_scene_set(&bindings).unwrap()
 }

@@ -6,6 +6,11 @@
 #include "shared/frame.glsl"
 #include "render/bvh/bindings.glsl"
 
+// What the scene has (Rust: graph::SCENE_CONSTANTS). A driver that runs both sides of a branch looks
+// textures up where there are none, unless it knows.
+layout(constant_id = 66) const bool TEXTURED_SCENE = true;
+layout(constant_id = 67) const bool LOBE_TEXTURES = true;
+
 const uint ALBEDO_TEXTURE = 0u, EMISSION_TEXTURE = 1u, NORMAL_TEXTURE = 2u, MASK_TEXTURE = 3u;
 const uint LOBE_TEXTURE = 4u;
 const uint TEXTURES = 5u; // of a material
@@ -25,8 +30,7 @@ int wrapped(float position, int size) {
     return at >= size ? at - size : max(at, 0);
 }
 
-// One of a material's textures at (u, v), v upwards; `absent` where it has none.
-vec4 texture_at(uint material, uint slot, vec2 uv, bool is_color, vec4 absent) {
+vec4 sample_texture_at(uint material, uint slot, vec2 uv, bool is_color, vec4 absent) {
     uvec2 row = texture_rows[TEXTURES * material + slot];
     if (row.y == 0u) return absent;
     ivec2 size = ivec2(row.y & 0xffffu, row.y >> 16);
@@ -45,6 +49,12 @@ vec4 texture_at(uint material, uint slot, vec2 uv, bool is_color, vec4 absent) {
         sums[i] = a * (1.0 - f.x) + b * f.x;
     }
     return sums[0] * (1.0 - f.y) + sums[1] * f.y;
+}
+
+// One of a material's textures at (u, v), v upwards; `absent` where it has none.
+vec4 texture_at(uint material, uint slot, vec2 uv, bool is_color, vec4 absent) {
+    if (TEXTURED_SCENE) return sample_texture_at(material, slot, uv, is_color, absent);
+    return absent;
 }
 
 // (u, v) of a place on a triangle, by the barycentric coordinates of its second and third vertex.

@@ -46,7 +46,7 @@ pub struct SweepSetup {
     pub timing: Timing,
     /// Name of the device.
     pub device: String,
-    /// Driver and its version, and that it traces rays, where it does.
+    /// Driver and its version, that it traces rays, and that light is in RGBA16F, where so.
     pub driver: String,
     /// Version of the program.
     pub version: String,

@@ -39,7 +39,7 @@ pub struct StressSetup {
     pub build: String,
     /// Name of the device.
     pub device: String,
-    /// Driver and its version, and that it traces rays, where it does.
+    /// Driver and its version, that it traces rays, and that light is in RGBA16F, where so.
     pub driver: String,
     /// Width and height of a picture (px).
     pub size: [u32; 2],

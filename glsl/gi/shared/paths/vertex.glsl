@@ -66,7 +66,7 @@ PathVertex vertex_at(uint triangle, vec2 at, vec3 to_viewer) {
     vec3 base =
         material.albedo.rgb * texture_at(number, ALBEDO_TEXTURE, uv, true, vec4(1.0)).rgb;
     vec4 lobe = material.specular;
-    if (material.metalness.y > 0.0) lobe *= texture_at(number, LOBE_TEXTURE, uv, true, vec4(1.0));
+    if (LOBE_TEXTURES) lobe *= texture_at(number, LOBE_TEXTURE, uv, true, vec4(1.0));
     vertex.roughness = lobe.w;
     vertex.f0 = mix(lobe.rgb, base, material.metalness.x);
     vertex.albedo = base * (1.0 - material.metalness.x);
