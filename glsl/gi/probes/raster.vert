@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// probes.raster: vertex pulling by corners (shared/frame.glsl), one face of the cube around a probe.
+// probes.raster: vertex pulling by corners (shared/frame.glsl), one face of the cube around a
+// probe.
 layout(std430, set = 1, binding = 0) restrict readonly buffer ProbePlaces { vec4 probe_places[]; };
 #define LIST_BINDING 1
 #include "gi/probes/list.glsl"
