@@ -6,8 +6,8 @@
 #include "shared/frame.glsl"
 #include "render/bvh/bindings.glsl"
 
-// What the scene has (Rust: graph::SCENE_CONSTANTS). A driver that runs both sides of a branch looks
-// textures up where there are none, unless it knows.
+// What the scene has (Rust: graph::SCENE_CONSTANTS). Unless it knows, a driver that runs both sides
+// of a branch looks textures up where there are none.
 layout(constant_id = 66) const bool TEXTURED_SCENE = true;
 layout(constant_id = 67) const bool LOBE_TEXTURES = true;
 
