@@ -10,9 +10,9 @@ use lumivox::metrics::{Channel, Flip, compare, exposure_of, flip};
 use super::technique::write_failure;
 use super::tolerance::device_class;
 
-/// Mean and 99th percentile of ꟻLIP, and relative RMSE. On llvmpipe, measured between two runs: 0 in
-/// all three; between two processors (it compiles for each): up to 0.0057, 0.035 and 0.007, in the
-/// atrium. Other drivers see the other side of edges, which are many in small pictures.
+/// Mean and 99th percentile of ꟻLIP, and relative RMSE. On llvmpipe, measured between two runs: 0
+/// in all three; between two processors (it compiles for each): up to 0.0057, 0.035 and 0.007, in
+/// the atrium. Other drivers see the other side of edges, which are many in small pictures.
 fn thresholds() -> (f32, f32, f64) {
     device_class().allows((0.008, 0.05, 0.02), (0.03, 0.5, 0.15))
 }
