@@ -12,9 +12,10 @@ use super::tolerance::device_class;
 
 /// Mean and 99th percentile of ꟻLIP, and relative RMSE. On llvmpipe, measured between two runs: 0
 /// in all three; between two processors (it compiles for each): up to 0.0057, 0.035 and 0.007, in
-/// the atrium. Other drivers see the other side of edges, which are many in small pictures.
+/// the atrium. Other drivers see the other side of edges, which are many in small pictures;
+/// SwiftShader also sees the other one of two walls that are a millimetre apart: 0.071, 0.51, 0.16.
 fn thresholds() -> (f32, f32, f64) {
-    device_class().allows((0.008, 0.05, 0.02), (0.03, 0.5, 0.15))
+    device_class().allows((0.008, 0.05, 0.02), (0.08, 0.55, 0.2))
 }
 
 /// Where a golden picture is: in a folder beside the test of the same name.
