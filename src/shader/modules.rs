@@ -691,6 +691,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/voxel_cones/svo/specular.comp.spv"),
     ),
     (
+        "gi/voxel_cones/svo/sum_borders.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/sum_borders.comp.spv"),
+    ),
+    (
         "gi/voxel_cones/svo/trace.comp",
         include_bytes!("../../spirv/gi/voxel_cones/svo/trace.comp.spv"),
     ),

@@ -5,6 +5,7 @@
 // that little changes when it moves on. A thread a texel.
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 
+#include "gi/shared/voxel/grid.glsl"
 #include "gi/shared/voxel/prefilter.glsl"
 
 // as `mode` of filter_eight, of a level without faces
@@ -14,11 +15,13 @@ layout(constant_id = 1) const bool FACES = false;
 layout(constant_id = 2) const bool FINER_FACES = false;
 
 layout(set = 1, binding = 0, rgba16f) uniform restrict image3D clipmap;
+layout(std430, set = 1, binding = 1) restrict readonly buffer Occupancy { uvec2 occupancy[]; };
 
 #include "gi/voxel_cones/clipmap/store.glsl"
 
 layout(push_constant) uniform InnerParams {
     ivec4 first;         // xyz: first voxel that is made, modulo n; w: n
+    ivec4 region_low;    // xyz: the same from the level's first
     ivec4 region_size;
     // xyz: middle of the place where the finer level is shown, from the first voxel [half voxels];
     // w: how far it reaches [voxels]
@@ -35,6 +38,10 @@ void main() {
     ivec3 aside = abs(2 * at + 1 - params.inner_middle.xyz);
     float depth = float(params.inner_middle.w) - 0.5 * float(max(aside.x, max(aside.y, aside.z)));
     float own_share = max(1.0 - depth / float(params.inner_ramp), 0.0);
+    // Where it has no voxel, what its texel holds is left from before.
+    uvec3 own_voxel = uvec3(at + params.region_low.xyz);
+    bool has_voxel =
+        block_has(occupancy[block_index(own_voxel, uint(n))], block_bit(own_voxel));
     int faces = 1;
     if (FACES) faces = 6;
     for (int face = 0; face < faces; ++face) {
@@ -52,6 +59,7 @@ void main() {
             result = filter_eight(c, FILTER);
         }
         vec4 own = imageLoad(clipmap, level_texel(voxel & n - 1, face, params.inner_level, n));
+        own = has_voxel ? own : vec4(0.0);
         // What lies deeper has no voxels of its own here.
         store_texel(voxel & n - 1, face, params.inner_level, n,
             own_share > 0.0 ? mix(result, own, own_share) : result);

@@ -25,6 +25,8 @@ layout(std430, set = 1, binding = 4) restrict buffer TouchedBits { uint touched_
 // in the last update, a bit a leaf tile
 layout(std430, set = 1, binding = 5) restrict buffer LitLeaves { uint lit_leaves[]; };
 
+#include "gi/voxel_cones/svo/before.glsl"
+
 layout(push_constant) uniform TouchParams { uint first; uint count; uint first_child; } params;
 
 bool is_lit(uint tile) {
@@ -47,11 +49,6 @@ bool has_touched_child(uint tile) {
     return (bits & (1u << count) - 1u) != 0u;
 }
 
-// Index + 1 of the neighbour along an axis of the tile with this index + 1; 0 where there is none.
-uint before(uint tile, uint axis) {
-    return tile == 0u ? 0u : neighbours[3u * (tile - 1u) + axis];
-}
-
 void touch(uint tile) {
     if (tile == 0u) return;
     uint index = tile - 1u - params.first;
@@ -72,8 +69,6 @@ void main() {
         is_touched = has_touched_child(tile);
     }
     if (!is_touched) return;
-    // A neighbour across an edge or a corner is found by way of one across a face: where that does
-    // not exist, the texels that they share are empty.
     uint own = params.first + index + 1u, x = before(own, 0u), y = before(own, 1u),
          z = before(own, 2u), xy = before(x, 1u);
     touch(own);

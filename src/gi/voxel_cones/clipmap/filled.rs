@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::IVec3;
 
 use super::layout::Layout;
+use crate::gi::shared::voxel::VoxelBox;
 use crate::gpu_struct;
 use crate::graph::{
     Access, Binding, Buffer, Error, Frame, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Owner,
@@ -18,6 +19,10 @@ gpu_struct! {
     pub(super) struct FilledParams {
         /// xyz: first texel of the level, from that of the next finer one (its texels); w: n.
         pub from_finer: [i32; 4],
+        /// xyz: first block of 4³ texels that is made.
+        pub first_block: [i32; 4],
+        /// xyz: end of those that are made.
+        pub end_block: [i32; 4],
         /// The level that is made; mips above the outermost level have the numbers behind it.
         pub filled_level: i32,
         /// Number of levels without those mips.
@@ -28,6 +33,10 @@ gpu_struct! {
 gpu_struct! {
     /// Parameters of `clipmap.spread_filled`.
     pub(super) struct SpreadParams {
+        /// xyz: first block of 4³ stencils that is made.
+        pub first_block: [i32; 4],
+        /// xyz: end of those that are made.
+        pub end_block: [i32; 4],
         /// The level that is made; mips above the outermost level have the numbers behind it.
         pub spread_level: i32,
         /// Voxels along an edge of a level.
@@ -62,19 +71,32 @@ pub(super) static SPREAD_FILLED: Pass = Pass::compute(
     SpreadParams::LAYOUT,
 );
 
-/// A bit for each texel of all levels and of the mips above, and for each stencil.
+/// A bit for each texel of all levels and of the mips above, and for each stencil: a texel of the
+/// images has those of 4×4×4 texels, and of 4×4×2 stencils.
 pub(super) struct Filled {
     layout: Layout,
     filled: Arc<Image>,
     /// What samples look up.
     pub(super) matter: Arc<Image>,
+    /// What is marked of each level.
+    marked: Vec<Marks>,
 }
 
-/// A level whose texels are marked: where it begins, the occupancy of its voxels, and whether
-/// texels may be left that its voxels and the next finer level do not make.
+/// What is marked of a level.
+#[derive(Clone, Copy)]
+struct Marks {
+    /// Its first voxel.
+    first: IVec3,
+    /// Where texels may be marked that are zero now, in voxels of its unbounded grid.
+    kept: VoxelBox,
+}
+
+/// A level whose texels are marked: where it begins, its voxels, where they have changed, and
+/// whether texels may be left that its voxels and the next finer level do not make.
 pub(super) struct Marked<'m> {
     pub(super) first: IVec3,
     pub(super) occupancy: &'m Arc<Buffer>,
+    pub(super) new: &'m [VoxelBox],
     pub(super) is_kept: bool,
 }
 
@@ -82,12 +104,16 @@ impl Filled {
     /// Without contents: all of it is marked in the first frame.
     pub(super) fn new(gpu: &Gpu, layout: Layout) -> Result<Self, Error> {
         let n = layout.resolution;
-        let image = |name: &str| {
+        let image = |name: &str, layers_of_block, format| {
             gpu.create_image(&ImageDesc {
                 name: name.into(),
-                extent: [n / 4, n / 4, (layout.levels + 1) * (n / 2)],
+                extent: [
+                    n / 4,
+                    n / 4,
+                    (layout.levels + 1) * (n / 4) * layers_of_block,
+                ],
                 kind: ImageKind::D3,
-                format: vk::Format::R32_UINT,
+                format,
                 mips: 1,
                 layers: 1,
                 usage: ImageUsage::STORAGE | ImageUsage::SAMPLED,
@@ -96,53 +122,123 @@ impl Filled {
         };
         Ok(Filled {
             layout,
-            filled: image("clipmap.filled")?,
-            matter: image("clipmap.matter")?,
+            filled: image("clipmap.filled", 1, vk::Format::R16G16B16A16_UINT)?,
+            matter: image("clipmap.matter", 2, vk::Format::R32_UINT)?,
+            marked: Vec::new(),
         })
     }
 
-    /// Adds the passes that mark the texels of the levels, and of the mips above them.
-    pub(super) fn mark(&self, frame: &mut Frame, levels: &[Marked<'_>]) {
+    /// Where the texels of a level are marked anew, in voxels of its unbounded grid; `finer`: the
+    /// same of the next finer level.
+    fn remarked(&self, levels: &[Marked<'_>], level: usize, finer: Option<VoxelBox>) -> VoxelBox {
+        let own = &levels[level];
+        let extent = VoxelBox::cube(own.first, self.layout.resolution);
+        let Some(before) = self
+            .marked
+            .get(level)
+            .filter(|marks| marks.first == own.first)
+        else {
+            return extent;
+        };
+        let changed = own
+            .new
+            .iter()
+            .fold(before.kept, |all, new| all.around(*new));
+        let Some((index, finer)) = level.checked_sub(1).zip(finer) else {
+            return changed.cut(extent);
+        };
+        // What the next finer level has left is no longer marked for it.
+        let [stood, stands] =
+            [self.marked[index].first, levels[index].first].map(|first| self.layout.extent(first));
+        let left = if stood == stands {
+            VoxelBox::NONE
+        } else {
+            stood
+        };
+        changed.around(finer.coarser()).around(left).cut(extent)
+    }
+
+    /// Adds the passes that mark the texels of the levels, and of the mips above them, where they
+    /// may have changed since it was called last.
+    pub(super) fn mark(&mut self, frame: &mut Frame, levels: &[Marked<'_>]) {
+        let mut remarked: Option<VoxelBox> = None;
+        let mut marks = Vec::new();
+        for (index, level) in levels.iter().enumerate() {
+            let made = self.remarked(levels, index, remarked);
+            // The next finer level is marked already.
+            let from_finer = index
+                .checked_sub(1)
+                .map_or(IVec3::ZERO, |finer| 2 * level.first - levels[finer].first);
+            self.mark_level(frame, index as u32, level, from_finer, made);
+            marks.push(Marks {
+                first: level.first,
+                kept: if level.is_kept { made } else { VoxelBox::NONE },
+            });
+            remarked = Some(made);
+        }
+        let Some((outermost, mut made)) = levels.last().zip(remarked) else {
+            return;
+        };
+        for mip in 0..self.layout.top_mips() {
+            made = made.coarser();
+            let level = self.layout.levels + mip;
+            self.mark_level(frame, level, outermost, IVec3::ZERO, made);
+        }
+        self.marked = marks;
+    }
+
+    /// Adds the passes that mark the texels of a level in `made`, from its own voxels and from what
+    /// is marked of the next finer level. The mips above the outermost level have its place.
+    fn mark_level(
+        &self,
+        frame: &mut Frame,
+        level: u32,
+        own: &Marked<'_>,
+        from_finer: IVec3,
+        made: VoxelBox,
+    ) {
         let Layout {
-            resolution,
-            levels: count,
+            resolution: n,
+            levels,
             ..
         } = self.layout;
-        let (n, levels_with_mips) = (resolution as i32, count + self.layout.top_mips());
-        for level in 0..levels_with_mips {
-            let stored = level.min(count - 1) as usize;
-            let marked = &levels[stored];
-            let has_voxels = level < count;
-            // The mips above begin where the outermost level does.
-            let from_finer = if level > 0 && has_voxels {
-                2 * marked.first - levels[stored - 1].first
-            } else {
-                IVec3::ZERO
-            };
-            let blocks = (resolution >> (level + 1).saturating_sub(count)) / 4;
-            let groups = [blocks.div_ceil(4); 3];
-            frame
-                .pass(&MARK_FILLED)
-                .bind("occupancy", marked.occupancy)
-                .bind("filled", &self.filled)
-                .constant("HAS_VOXELS", has_voxels)
-                .constant("KEPT", marked.is_kept)
-                .push(&FilledParams {
-                    from_finer: from_finer.extend(n).to_array(),
-                    filled_level: level as i32,
-                    levels: count as i32,
-                })
-                .dispatch(groups);
-            frame
-                .pass(&SPREAD_FILLED)
-                .bind("filled", &self.filled)
-                .bind("matter", &self.matter)
-                .push(&SpreadParams {
-                    spread_level: level as i32,
-                    n,
-                    levels: count as i32,
-                })
-                .dispatch(groups);
+        if made.is_empty() {
+            return;
         }
+        let mip = (level + 1).saturating_sub(levels);
+        let first = own.first >> mip as i32;
+        let blocks = IVec3::splat((n >> mip) as i32 / 4);
+        let low: IVec3 = (made.low - first) >> 2;
+        let end: IVec3 = (made.end - first + 3) >> 2;
+        let end = end.min(blocks);
+        let groups = |low: IVec3| ((end - low).as_uvec3() + 3) / 4;
+        frame
+            .pass(&MARK_FILLED)
+            .bind("occupancy", own.occupancy)
+            .bind("filled", &self.filled)
+            .constant("HAS_VOXELS", mip == 0)
+            .constant("KEPT", own.is_kept)
+            .push(&FilledParams {
+                from_finer: from_finer.extend(n as i32).to_array(),
+                first_block: low.extend(0).to_array(),
+                end_block: end.extend(0).to_array(),
+                filled_level: level as i32,
+                levels: levels as i32,
+            })
+            .dispatch(groups(low).to_array());
+        // The stencils of a block reach into the next.
+        let low = (low - 1).max(IVec3::ZERO);
+        frame
+            .pass(&SPREAD_FILLED)
+            .bind("filled", &self.filled)
+            .bind("matter", &self.matter)
+            .push(&SpreadParams {
+                first_block: low.extend(0).to_array(),
+                end_block: end.extend(0).to_array(),
+                spread_level: level as i32,
+                n: n as i32,
+                levels: levels as i32,
+            })
+            .dispatch(groups(low).to_array());
     }
 }

@@ -230,9 +230,13 @@ impl VoxelStore for Clipmap {
             let Level { window, light, .. } = &self.levels[index];
             let records = VoxelRecords::from(&window.voxels);
             light.relight(frame, &records, lights, None, relit.viewer);
-            let (extent, inner) = (self.levels[index].extent(), self.inner(index).region());
-            self.write_level(frame, index, extent, inner);
-            self.light_space(frame, index);
+            self.write_level(frame, index, self.levels[index].extent());
+            if let Some(space) = &mut self.space {
+                space.forget_light(index);
+            }
+        }
+        if let Some(space) = &mut self.space {
+            space.light(frame, &self.levels);
         }
         self.filter_top(frame, self.outermost().extent());
     }

@@ -22,6 +22,8 @@ pub(super) struct ClipmapSpace {
     radiance: Arc<Buffer>,
     /// Voxels that there is room for, a level each.
     capacities: Vec<u32>,
+    /// Whether a level's light is here.
+    is_lit: Vec<bool>,
 }
 
 impl ClipmapSpace {
@@ -36,6 +38,7 @@ impl ClipmapSpace {
             surfaces: buffer(gpu, "clipmap.surfaces", 0)?,
             radiance: buffer(gpu, "clipmap.radiance", 0)?,
             capacities: Vec::new(),
+            is_lit: Vec::new(),
         })
     }
 
@@ -59,6 +62,7 @@ impl ClipmapSpace {
             self.surfaces = buffer(gpu, "clipmap.surfaces", SURFACE_BYTES * u64::from(count))?;
             let bytes = self.settings.radiance_bytes(count);
             self.radiance = buffer(gpu, "clipmap.radiance", bytes)?;
+            self.is_lit = vec![false; capacities.len()];
             self.capacities = capacities;
         }
         let mut frame = Frame::new();
@@ -97,19 +101,25 @@ impl ClipmapSpace {
         Ok(())
     }
 
-    /// Adds the copy of the light of a level's voxels.
-    pub(super) fn light(&self, frame: &mut Frame, index: usize, level: &Level) {
-        let bytes = self
-            .settings
-            .radiance_bytes(level.window.voxels.voxel_count);
-        if bytes > 0 {
-            let first = self.settings.radiance_bytes(self.first_voxel(index));
-            frame.copy_buffer(
-                "clipmap.merge_radiance",
-                (&level.light.radiance, 0),
-                (&self.radiance, first),
-                bytes,
-            );
+    /// For a level whose voxels are lit anew.
+    pub(super) fn forget_light(&mut self, index: usize) {
+        self.is_lit[index] = false;
+    }
+
+    /// Adds the copies of the light of levels that is not here.
+    pub(super) fn light(&mut self, frame: &mut Frame, levels: &[Level]) {
+        for (index, level) in levels.iter().enumerate() {
+            let count = level.window.voxels.voxel_count;
+            let bytes = self.settings.radiance_bytes(count);
+            if !std::mem::replace(&mut self.is_lit[index], true) && bytes > 0 {
+                let first = self.settings.radiance_bytes(self.first_voxel(index));
+                frame.copy_buffer(
+                    "clipmap.merge_radiance",
+                    (&level.light.radiance, 0),
+                    (&self.radiance, first),
+                    bytes,
+                );
+            }
         }
     }
 

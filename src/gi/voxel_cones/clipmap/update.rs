@@ -223,6 +223,9 @@ impl Clipmap {
                 coarser.stale = coarser.stale.around(changed.coarser());
             }
         }
+        if let Some(space) = &mut self.space {
+            space.light(frame, &self.levels);
+        }
         self.frame += 1;
         if due
             .last()
@@ -234,13 +237,16 @@ impl Clipmap {
 
     /// Adds the passes that mark which texels may be other than zero. A level that is not due still
     /// has the texels that the next finer one made of it before.
-    fn mark_filled(&self, frame: &mut Frame, due: &[usize]) {
-        let Some(volume) = &self.volume else { return };
+    fn mark_filled(&mut self, frame: &mut Frame, due: &[usize]) {
+        let Some(volume) = &mut self.volume else {
+            return;
+        };
         let levels = self.levels.iter().enumerate();
         let marked: Vec<Marked<'_>> = levels
             .map(|(index, level)| Marked {
                 first: level.place.first,
                 occupancy: &level.window.voxels.occupancy,
+                new: &level.new,
                 is_kept: !due.contains(&index),
             })
             .collect();
@@ -269,8 +275,8 @@ impl Clipmap {
     ) -> VoxelBox {
         let inner = self.inner(index);
         let level = &mut self.levels[index];
-        let (extent, inners) = (level.extent(), level.inner.region().around(inner.region()));
-        let (changed, remade) = if !level.is_lit() {
+        let (extent, left) = (level.extent(), level.inner.region());
+        let changed = if !level.is_lit() {
             let records = VoxelRecords {
                 kept: level.lit,
                 ..VoxelRecords::from(&level.window.voxels)
@@ -284,12 +290,14 @@ impl Clipmap {
             level
                 .light
                 .update_records(frame, &records, lookup, lights, None);
-            (extent, inners.cut(extent))
+            if let Some(space) = &mut self.space {
+                space.forget_light(index);
+            }
+            extent
         } else if level.inner != inner {
-            (inners, inners)
+            left.around(inner.region())
         } else {
-            let changed = level.stale.cut(inner.region());
-            (changed, changed)
+            level.stale.cut(inner.region())
         };
         let new = std::mem::take(&mut level.new);
         (level.inner, level.stale) = (inner, VoxelBox::NONE);
@@ -297,43 +305,25 @@ impl Clipmap {
         // A voxel that has gone leaves its texel behind, and so does a finer level that has moved
         // away.
         if let Some(volume) = &self.volume {
-            for cleared in new {
+            for cleared in new
+                .into_iter()
+                .chain(left.cut(extent).without(inner.region()))
+            {
                 volume.clear_box(frame, index as u32, cleared);
             }
         }
-        self.write_level(frame, index, changed, remade);
-        self.light_space(frame, index);
+        self.write_level(frame, index, changed);
         changed
     }
 
     /// Adds the passes that make the texels of a level in `region` from its voxels and the next
-    /// finer level; those in `cleared` are not empty where it has no voxels, or are mixed.
-    pub(super) fn write_level(
-        &self,
-        frame: &mut Frame,
-        index: usize,
-        region: VoxelBox,
-        cleared: VoxelBox,
-    ) {
+    /// finer level. Where neither has any, they have to be empty before.
+    pub(super) fn write_level(&self, frame: &mut Frame, index: usize, region: VoxelBox) {
         let Some(volume) = &self.volume else { return };
         let (level, number, inner) = (&self.levels[index], index as u32, self.inner(index));
-        volume.clear_box(frame, number, cleared);
-        volume.write_voxels(
-            frame,
-            number,
-            region,
-            &inner,
-            &level.window.voxels,
-            &level.light,
-        );
-        volume.filter_inner(frame, number, region, &inner);
-    }
-
-    /// Adds the copy of a level's light to where rays see it.
-    pub(super) fn light_space(&self, frame: &mut Frame, index: usize) {
-        if let Some(space) = &self.space {
-            space.light(frame, index, &self.levels[index]);
-        }
+        let voxels = &level.window.voxels;
+        volume.write_voxels(frame, number, region, &inner, voxels, &level.light);
+        volume.filter_inner(frame, number, region, &inner, voxels);
     }
 
     /// Adds the passes that make the mips above the outermost level, where its texels in `region`

@@ -54,6 +54,8 @@ gpu_struct! {
     pub struct InnerParams {
         /// xyz: first voxel that is made, modulo n; w: n.
         pub first: [i32; 4],
+        /// xyz: the same from the level's first.
+        pub region_low: [i32; 4],
         /// xyz: how many are made.
         pub region_size: [i32; 4],
         /// xyz: middle of the place that is made from the finer level, from the first voxel (half
@@ -109,13 +111,16 @@ pub static CLEAR_BOX: Pass = Pass {
 };
 
 /// Texels of a level where the next finer one is shown whole, from that one; towards the end of
-/// that, mixed with those that are there. A thread a texel.
+/// that, mixed with those that are there where the level has a voxel. A thread a texel.
 pub static FILTER_INNER: Pass = Pass {
     constants: &["FILTER", "FACES", "FINER_FACES"],
     ..Pass::compute(
         "clipmap.filter_inner",
         "gi/voxel_cones/clipmap/filter_inner.comp",
-        &[Binding::image("clipmap", Access::ComputeReadWrite)],
+        &[
+            Binding::image("clipmap", Access::ComputeReadWrite),
+            Binding::buffer("occupancy", Access::ComputeRead),
+        ],
         InnerParams::LAYOUT,
     )
 };
@@ -315,8 +320,15 @@ impl ClipmapVolume {
     }
 
     /// Adds the pass that makes the texels of a level that are in `region` from the next finer one,
-    /// where it is shown, and from its own.
-    pub fn filter_inner(&self, frame: &mut Frame, level: u32, region: VoxelBox, inner: &Inner) {
+    /// where it is shown, and from those of its own voxels, after [`ClipmapVolume::write_voxels`].
+    pub fn filter_inner(
+        &self,
+        frame: &mut Frame,
+        level: u32,
+        region: VoxelBox,
+        inner: &Inner,
+        voxels: &Voxels,
+    ) {
         let made = region.cut(inner.region());
         if made.is_empty() {
             return;
@@ -324,11 +336,13 @@ impl ClipmapVolume {
         frame
             .pass(&FILTER_INNER)
             .bind("clipmap", &self.clipmap)
+            .bind("occupancy", &voxels.occupancy)
             .constant("FILTER", self.filter as u32)
             .constant("FACES", self.has_faces())
             .constant("FINER_FACES", self.has_six(level - 1))
             .push(&InnerParams {
                 first: self.wrap(made.low),
+                region_low: (made.low - voxels.lattice.first).extend(0).to_array(),
                 region_size: made.size().extend(0).to_array(),
                 inner_middle: (inner.middle - 2 * made.low).extend(inner.reach).to_array(),
                 inner_level: level as i32,

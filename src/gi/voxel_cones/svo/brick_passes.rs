@@ -61,6 +61,24 @@ gpu_struct! {
         pub dynamic_count: u32,
         /// The level, 0 the finest.
         pub level: u32,
+        /// Bricks from a tile's index to that of its first brick.
+        pub shift: u32,
+        /// Bricks from a face to the next.
+        pub stride: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `svo.sum_borders`.
+    pub struct SumParams {
+        /// First static tile of the level.
+        pub first: u32,
+        /// Static tiles of the level.
+        pub count: u32,
+        /// First dynamic tile of the level.
+        pub first_dynamic: u32,
+        /// Dynamic tiles of the level.
+        pub dynamic_count: u32,
         /// 0 to 2: x, y, z.
         pub axis: u32,
         /// Bricks from a tile's index to that of its first brick.
@@ -117,9 +135,10 @@ pub static WRITE_NORMALS: Pass = Pass {
     )
 };
 
-/// The texels that neighbouring bricks share, along one axis. A thread a tile.
+/// The texels that neighbouring bricks share, where a voxel is the centre of a texel. A thread a
+/// tile.
 pub static TRANSFER_BORDERS: Pass = Pass {
-    constants: &["CORNERS", "FACES", "TOUCHED"],
+    constants: &["FACES", "TOUCHED"],
     ..Pass::compute(
         "svo.transfer_borders",
         "gi/voxel_cones/svo/transfer_borders.comp",
@@ -130,6 +149,20 @@ pub static TRANSFER_BORDERS: Pass = Pass {
             LIST,
         ],
         TransferParams::LAYOUT,
+    )
+};
+
+/// The same along one axis, where voxels spread to their corners. A thread a tile.
+pub static SUM_BORDERS: Pass = Pass {
+    constants: &["FACES"],
+    ..Pass::compute(
+        "svo.sum_borders",
+        "gi/voxel_cones/svo/sum_borders.comp",
+        &[
+            Binding::buffer("neighbours", Access::ComputeRead),
+            Binding::image("bricks", Access::ComputeReadWrite),
+        ],
+        SumParams::LAYOUT,
     )
 };
 

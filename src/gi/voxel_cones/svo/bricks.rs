@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::brick_passes::{
-    BrickParams, COPY_BRICKS, CopyBricksParams, FILTER, RecordParams, TRANSFER_BORDERS,
-    TransferParams, WRITE_LEAVES, WRITE_NORMALS,
+    BrickParams, COPY_BRICKS, CopyBricksParams, FILTER, RecordParams, SUM_BORDERS, SumParams,
+    TRANSFER_BORDERS, TransferParams, WRITE_LEAVES, WRITE_NORMALS,
 };
 use super::indirection::{index_tiles, indirection_image};
 use super::nodes::NodePool;
@@ -52,7 +52,21 @@ impl BrickSettings {
         if level > 0 {
             self.filter(frame, nodes, image, tiles);
         }
-        let own = level_bricks(nodes, self.directionality, level);
+        self.share_borders(frame, nodes, image, tiles);
+        if let Some(dynamic) = &nodes.dynamic {
+            dynamic.keep_static(frame, level as usize, image);
+        }
+    }
+
+    /// Adds the passes after which all copies of a texel are equal.
+    fn share_borders(
+        &self,
+        frame: &mut Frame,
+        nodes: &NodePool,
+        image: &Arc<Image>,
+        tiles: &Tiles,
+    ) {
+        let own = level_bricks(nodes, self.directionality, tiles.level as usize);
         let BrickParams {
             first,
             count,
@@ -63,12 +77,11 @@ impl BrickSettings {
             stride,
             ..
         } = tiles.params([own; 2]);
-        for axis in 0..3 {
+        if !self.corners {
             let pass = frame
                 .pass(&TRANSFER_BORDERS)
                 .bind("neighbours", &nodes.neighbours)
                 .bind("bricks", image)
-                .constant("CORNERS", self.corners)
                 .constant("FACES", own.faces);
             let params = TransferParams {
                 first,
@@ -76,14 +89,27 @@ impl BrickSettings {
                 first_dynamic,
                 dynamic_count,
                 level,
-                axis,
                 shift,
                 stride,
             };
-            tiles.dispatch(pass, &params, 1);
+            return tiles.dispatch(pass, &params, 1);
         }
-        if let Some(dynamic) = &nodes.dynamic {
-            dynamic.keep_static(frame, level as usize, image);
+        for axis in 0..3 {
+            frame
+                .pass(&SUM_BORDERS)
+                .bind("neighbours", &nodes.neighbours)
+                .bind("bricks", image)
+                .constant("FACES", own.faces)
+                .push(&SumParams {
+                    first,
+                    count,
+                    first_dynamic,
+                    dynamic_count,
+                    axis,
+                    shift,
+                    stride,
+                })
+                .dispatch(linear_groups(count + dynamic_count));
         }
     }
 

@@ -123,6 +123,7 @@ pub(super) static PASSES: &[&Pass] = &[
     &brick_passes::WRITE_NORMALS,
     &attributes::WRITE_ATTRIBUTES,
     &brick_passes::TRANSFER_BORDERS,
+    &brick_passes::SUM_BORDERS,
     &brick_passes::FILTER,
     &brick_passes::COPY_BRICKS,
     &dynamic_passes::MARK_AFFECTED,
@@ -204,7 +205,7 @@ pub static ENTRY: Entry = Entry {
         ),
         &Stage::store(
             "border transfer",
-            &["svo.transfer_borders", "svo.keep_static"],
+            &["svo.transfer_borders", "svo.sum_borders", "svo.keep_static"],
         ),
         &Stage::store("mip filtering", &["svo.filter"]),
         &voxel::BOUNCES,

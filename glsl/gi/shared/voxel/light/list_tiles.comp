@@ -51,19 +51,26 @@ void main() {
         uvec2 tile = BLOCK * square.xy + uvec2(i % BLOCK, i / BLOCK);
         if (any(greaterThanEqual(tile, uvec2(row)))) continue;
         vec2 depths = tile_depths[tile.x + row * (tile.y + row * square.z)];
-        vec3 low = vec3(1e30), high = vec3(-1e30);
-        for (uint corner = 0u; corner < 8u; ++corner) {
-            vec2 map =
-                2.0 * float(TILE) * vec2(tile + uvec2(corner & 1u, corner >> 1 & 1u)) / float(size)
-                - 1.0;
-            float depth_m = corner < 4u ? depths.x : depths.y;
-            vec3 across = map.x * view.right.xyz + map.y * view.down.xyz;
-            vec3 position = view.origin_kind.xyz + across * (parallel ? 1.0 : depth_m)
-                + view.forward.xyz * depth_m;
-            vec3 voxel = (position - params.grid.xyz) / params.grid.w;
-            low = min(low, voxel);
-            high = max(high, voxel);
+        // A texel's place is linear in each of x, y and depth: its bounds are those of the ends.
+        vec2 from = 2.0 * float(TILE) * vec2(tile) / float(size) - 1.0,
+             to = 2.0 * float(TILE) * vec2(tile + 1u) / float(size) - 1.0;
+        vec3 right_from = from.x * view.right.xyz, right_to = to.x * view.right.xyz,
+             down_from = from.y * view.down.xyz, down_to = to.y * view.down.xyz,
+             low = min(right_from, right_to) + min(down_from, down_to),
+             high = max(right_from, right_to) + max(down_from, down_to);
+        if (parallel) {
+            vec3 near = view.forward.xyz * depths.x, far = view.forward.xyz * depths.y;
+            low += min(near, far);
+            high += max(near, far);
+        } else {
+            low += view.forward.xyz;
+            high += view.forward.xyz;
+            low = min(low * depths.x, low * depths.y);
+            high = max(high * depths.x, high * depths.y);
         }
+        vec3 corner = view.origin_kind.xyz - params.grid.xyz;
+        low = (corner + low) / params.grid.w;
+        high = (corner + high) / params.grid.w;
         reaches = depths.x <= depths.y && may_reach(low, high);
     }
     if (!reaches) return;
