@@ -54,7 +54,7 @@ impl BrickSettings {
         }
         self.share_borders(frame, nodes, image, tiles);
         if let Some(dynamic) = &nodes.dynamic {
-            dynamic.keep_static(frame, level as usize, image);
+            dynamic.keep_static(frame, level, image);
         }
     }
 
