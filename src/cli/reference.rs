@@ -3,7 +3,10 @@
 use std::time::Instant;
 
 use crate::image::{Aov, write_planes};
-use crate::reference::{Bounces, Filter, Sampling, Settings, cache_dir, cached, render};
+use crate::reference::{
+    Bounces, Filter, Radiosity, RadiositySettings, Sampling, Settings, cache_dir, cached, render,
+    render_radiosity,
+};
 use crate::scene::{Scene, Shot};
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -14,13 +17,27 @@ use super::picture::PictureArgs;
 use super::sequence::SequenceArgs;
 use super::write::write_report;
 
-/// Render the path-traced reference of a scene on the CPU.
+/// Render the reference of a scene on the CPU: by path tracing, or for diffuse scenes by radiosity.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n\
 \x20 lumivox reference bundled:cornell --bounces full -o reference.exr\n\
 \x20 lumivox reference bundled:cornell --spp 64 --aov indirect -o indirect.png\n\
-\x20 lumivox reference bundled:cornell --spp 64 --frames 30 --pan 1 -o r_####.exr")]
+\x20 lumivox reference bundled:cornell --spp 64 --frames 30 --pan 1 -o r_####.exr\n\
+\x20 lumivox reference bundled:cornell --method radiosity --spp 64 -o radiosity.exr")]
 pub(crate) struct Args {
+    /// How light gets to what the camera's rays see: by paths, or by patches that exchange it. The
+    /// latter is for scenes without specular lobes, and is not kept in the cache.
+    #[arg(long, value_enum, default_value_t = Method::Path)]
+    method: Method,
+    /// Rays from a side of an undivided patch of radiosity (a power of two).
+    #[arg(long, value_name = "N", default_value_t = RadiositySettings::default().rays)]
+    patch_rays: u32,
+    /// Split a patch while its quarters differ by more than this share of all light in the scene.
+    #[arg(long, value_name = "X", default_value_t = RadiositySettings::default().max_error)]
+    patch_error: f32,
+    /// Make at most this many patches.
+    #[arg(long, value_name = "N", default_value_t = RadiositySettings::default().max_patches)]
+    max_patches: u32,
     /// Indirect bounces: a number (0 is direct light only), or `full` for all.
     #[arg(long, value_name = "N|full", default_value = "full", value_parser = parse_bounces)]
     bounces: Bounces,
@@ -51,6 +68,24 @@ pub(crate) struct Args {
     picture: PictureArgs,
     #[command(flatten)]
     sequence: SequenceArgs,
+}
+
+/// How a reference is made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Method {
+    /// Paths of light.
+    Path,
+    /// Patches that exchange light.
+    Radiosity,
+}
+
+impl Method {
+    fn name(self) -> &'static str {
+        match self {
+            Method::Path => "path",
+            Method::Radiosity => "radiosity",
+        }
+    }
 }
 
 /// Loads, renders or finds in the cache, writes.
@@ -104,9 +139,15 @@ fn draw(args: &Args, scene: &Scene, frame: u32, quiet: bool) -> Result<FrameRepo
     let start = Instant::now();
     let bar = progress_bar(quiet);
     let progress = |share: f32| bar.set_position((share * 1000.0) as u64);
-    let image = match args.no_cache {
-        true => render(scene, &settings, &progress),
-        false => cached(scene, &settings, &cache_dir(), &progress),
+    let (image, radiosity) = match (args.method, args.no_cache) {
+        (Method::Radiosity, _) => {
+            render_radiosity(scene, &settings, &patch_settings(args), &progress)
+                .map(|(image, solved)| (image, Some(solved)))
+        }
+        (Method::Path, true) => render(scene, &settings, &progress).map(|image| (image, None)),
+        (Method::Path, false) => {
+            cached(scene, &settings, &cache_dir(), &progress).map(|image| (image, None))
+        }
     }
     .map_err(CliError::input)?;
     bar.finish_and_clear();
@@ -136,8 +177,15 @@ fn draw(args: &Args, scene: &Scene, frame: u32, quiet: bool) -> Result<FrameRepo
         } else {
             "standard error unknown: more samples are needed to measure it".to_owned()
         };
+        let patches = radiosity.as_ref().map_or(String::new(), |solved| {
+            format!(
+                ", {} patches, {} rays between them",
+                solved.patch_count(),
+                solved.ray_count()
+            )
+        });
         say(&format!(
-            "{path}: {samples:.0} samples per pixel, {noise}, {wall_s:.1} s"
+            "{path}: {samples:.0} samples per pixel, {noise}{patches}, {wall_s:.1} s"
         ));
     }
     let errors = serde_json::json!({ "full": error, "indirect": image.indirect_error() });
@@ -145,6 +193,14 @@ fn draw(args: &Args, scene: &Scene, frame: u32, quiet: bool) -> Result<FrameRepo
         ("samples_per_pixel".to_owned(), image.mean_samples().into()),
         ("standard_error".to_owned(), errors),
         ("wall_s".to_owned(), wall_s.into()),
+        (
+            "patches".to_owned(),
+            radiosity.as_ref().map(Radiosity::patch_count).into(),
+        ),
+        (
+            "patch_rays".to_owned(),
+            radiosity.as_ref().map(Radiosity::ray_count).into(),
+        ),
     ]))
 }
 
@@ -174,6 +230,15 @@ fn settings(args: &Args) -> Settings {
     }
 }
 
+fn patch_settings(args: &Args) -> RadiositySettings {
+    RadiositySettings {
+        rays: args.patch_rays,
+        max_error: args.patch_error,
+        max_patches: args.max_patches,
+        ..RadiositySettings::default()
+    }
+}
+
 /// A bar on stderr, where that is a terminal.
 fn progress_bar(quiet: bool) -> ProgressBar {
     if quiet {
@@ -186,6 +251,7 @@ fn progress_bar(quiet: bool) -> ProgressBar {
 }
 
 fn report(args: &Args, scene: &Scene, shot: &Shot) -> serde_json::Value {
+    let is_solved = args.method == Method::Radiosity;
     serde_json::json!({
         "schema_version": 1,
         "version": env!("CARGO_PKG_VERSION"),
@@ -196,6 +262,8 @@ fn report(args: &Args, scene: &Scene, shot: &Shot) -> serde_json::Value {
         "settings": {
             "width": args.picture.size.0,
             "height": args.picture.size.1,
+            "method": args.method.name(),
+            "patch_error": is_solved.then_some(args.patch_error),
             "bounces": args.bounces,
             "filter": match args.filter { Filter::Center => "center", Filter::Box => "box" },
             "spp": args.spp,

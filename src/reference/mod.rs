@@ -27,7 +27,10 @@
 mod bsdf;
 mod cache;
 mod emitters;
+mod form_factors;
+mod patches;
 mod path;
+mod radiosity;
 mod render;
 mod result;
 mod sampler;
@@ -35,6 +38,7 @@ mod substitute;
 mod world;
 
 pub use self::cache::{cache_dir, cached};
+pub use self::radiosity::{Radiosity, RadiositySettings, render_radiosity};
 pub use self::render::{guide, render};
 pub use self::result::{ReferenceImage, StandardError};
 pub use self::substitute::{gather, light_surfaces, surface_area_m2};

@@ -67,6 +67,16 @@ impl Terms {
     }
 }
 
+/// What goes on behind the second vertex of a path.
+#[derive(Clone, Copy)]
+pub(super) struct Beyond<'a> {
+    /// How many bounces are counted.
+    pub(super) bounces: Bounces,
+    /// Radiance that the second vertex reflects [W/(m² sr)], where somebody knows it; otherwise the
+    /// path goes on.
+    pub(super) reflected: Option<&'a dyn Fn(&Surface) -> Vec3>,
+}
+
 /// Light found along a scattered ray.
 #[derive(Default)]
 struct Gathered {
@@ -93,7 +103,7 @@ impl World<'_> {
         &self,
         surface: &Surface,
         lights: Option<Vec3>,
-        bounces: Bounces,
+        beyond: Beyond<'_>,
         sampler: &mut Sampler,
     ) -> Terms {
         sampler.start_vertex(1);
@@ -108,7 +118,7 @@ impl World<'_> {
             self.sample_emitter(surface, sampler),
             self.sample_sky(surface, sampler),
         ]
-        .map(|sample| sample.filter(|_| bounces != Bounces::Count(0)));
+        .map(|sample| sample.filter(|_| beyond.bounces != Bounces::Count(0)));
         let specular_point = surface.lobe.map(|lobe| (lobe, sampler.next_2d()));
         // ρ/π E_i is ρ times this, and E_i is π times it.
         let mut mean_radiance = Vec3::ZERO;
@@ -119,14 +129,14 @@ impl World<'_> {
         }
         if surface.is_above(direction) {
             let density = cosine_density(surface.normal.dot(direction));
-            let gathered = self.gather(surface, direction, density, bounces, sampler);
+            let gathered = self.gather(surface, direction, density, beyond, sampler);
             mean_radiance += gathered.radiance;
             terms.visibility = if gathered.escaped { 1.0 } else { 0.0 };
         }
         terms.irradiance = mean_radiance * PI;
         terms.diffuse = surface.albedo * mean_radiance;
         if let Some((lobe, point)) = specular_point {
-            terms.specular = self.shade_specular(surface, &lobe, point, &sent, bounces, sampler);
+            terms.specular = self.shade_specular(surface, &lobe, point, &sent, beyond, sampler);
         }
         terms
     }
@@ -138,7 +148,7 @@ impl World<'_> {
         lobe: &Lobe,
         point: [f32; 2],
         sent: &[Option<LightSample>],
-        bounces: Bounces,
+        beyond: Beyond<'_>,
         sampler: &mut Sampler,
     ) -> Vec3 {
         let from_sample = |sample: &LightSample| {
@@ -160,7 +170,7 @@ impl World<'_> {
         from_samples
             + weight
                 * self
-                    .gather(surface, direction, density, bounces, sampler)
+                    .gather(surface, direction, density, beyond, sampler)
                     .radiance
     }
 
@@ -171,18 +181,21 @@ impl World<'_> {
         surface: &Surface,
         direction: Vec3,
         density: f32,
-        bounces: Bounces,
+        beyond: Beyond<'_>,
         sampler: &mut Sampler,
     ) -> Gathered {
         let ray = surface.ray(direction);
         let next = self.trace(&ray);
         let escaped = next.is_none();
         let radiance = match next {
-            _ if bounces == Bounces::Count(0) => Vec3::ZERO,
+            _ if beyond.bounces == Bounces::Count(0) => Vec3::ZERO,
             None => self.weighted_sky(direction, density),
             Some(next) => {
                 self.weighted_emission(&ray, &next, density)
-                    + self.reflected(next, bounces, sampler)
+                    + match beyond.reflected {
+                        Some(reflected) => reflected(&next),
+                        None => self.reflected(next, beyond.bounces, sampler),
+                    }
             }
         };
         Gathered { radiance, escaped }

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::path::Terms;
+use super::path::{Beyond, Terms};
 use super::result::{Accumulator, ReferenceImage};
 use super::sampler::Sampler;
 use super::world::{Surface, World};
@@ -39,13 +39,27 @@ pub fn render(
 ) -> Result<ReferenceImage, ReferenceError> {
     settings.validate()?;
     validate_scene(scene)?;
-    let world = World::new(scene);
-    let camera = PixelCamera::new(scene, settings);
+    Ok(render_seeing(&World::new(scene), settings, None, progress))
+}
+
+/// Radiance that a surface reflects [W/(m² sr)].
+pub(super) type Reflected<'a> = &'a (dyn Fn(&Surface) -> Vec3 + Sync);
+
+/// The same of a scene that is prepared and valid, with other light than that of paths behind the
+/// second vertex, where there is any.
+pub(super) fn render_seeing(
+    world: &World<'_>,
+    settings: &Settings,
+    reflected: Option<Reflected<'_>>,
+    progress: &(dyn Fn(f32) + Sync),
+) -> ReferenceImage {
+    let camera = PixelCamera::new(world.scene, settings);
     let mut blocks = Block::all(settings);
     let job = Job {
-        world: &world,
+        world,
         camera,
         settings,
+        reflected,
         batch_spp: batch_spp(settings.sampling),
         progress,
     };
@@ -58,7 +72,7 @@ pub fn render(
         }
     }
     progress(1.0);
-    Ok(job.assemble(&blocks))
+    job.assemble(&blocks)
 }
 
 /// What is seen at the pixel centres, without any light.
@@ -76,6 +90,7 @@ pub fn guide(scene: &Scene, width: u32, height: u32) -> Result<GuideImage, Refer
         world: &world,
         camera,
         settings: &settings,
+        reflected: None,
         batch_spp: 1,
         progress: &|_| {},
     };
@@ -193,6 +208,7 @@ struct Job<'a> {
     world: &'a World<'a>,
     camera: PixelCamera,
     settings: &'a Settings,
+    reflected: Option<Reflected<'a>>,
     batch_spp: u32,
     progress: &'a (dyn Fn(f32) + Sync),
 }
@@ -287,8 +303,12 @@ impl Job<'_> {
             };
             let terms = match first {
                 Some(surface) => {
+                    let beyond = Beyond {
+                        bounces: self.settings.bounces,
+                        reflected: self.reflected.map(|reflected| reflected as _),
+                    };
                     self.world
-                        .shade_first(&surface, lights, self.settings.bounces, &mut sampler)
+                        .shade_first(&surface, lights, beyond, &mut sampler)
                 }
                 None => Terms {
                     emission: self.world.scene.environment.radiance(direction),

@@ -25,6 +25,7 @@ mod output;
 mod placement;
 mod properties;
 mod prt;
+mod radiosity;
 mod reference;
 mod repository;
 mod scene;

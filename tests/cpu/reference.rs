@@ -824,7 +824,7 @@ fn shared() -> Option<PathBuf> {
 }
 
 /// Errors of the means of all whole 8×8 squares.
-fn block_errors(image: &Image, reference: &Image) -> Errors {
+pub(super) fn block_errors(image: &Image, reference: &Image) -> Errors {
     let columns = reference.width / 8;
     let shrink = |image: &Image| {
         Image::from_fn(columns, reference.height / 8, |i| {

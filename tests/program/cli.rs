@@ -273,6 +273,21 @@ fn bad_arguments_elsewhere() {
             &["-1"],
         ),
         (
+            "reference bundled:glossy --method radiosity --size 8x8 -o a.png",
+            2,
+            &["scene glossy", "material", "specular lobe", "path tracer"],
+        ),
+        (
+            "reference bundled:cornell --method radiosity --patch-rays 100 --size 8x8 -o a.png",
+            2,
+            &["patch_rays", "100", "power of two"],
+        ),
+        (
+            "reference bundled:cornell --method radiosity --max-patches 9 --size 8x8 -o a.png",
+            2,
+            &["scene cornell", "9 may be at most"],
+        ),
+        (
             "reference bundled:cornell --size 8x8 --spp 1 --no-cache -o gone/a.exr",
             1,
             &["gone/a.exr", "folder"],
@@ -579,6 +594,32 @@ fn models_move_with_time() {
         off(&before)
     );
     assert!(off(&after) < 0.3 * off(&before));
+}
+
+/// `--method radiosity` renders the same picture without paths, and reports its patches.
+#[test]
+fn radiosity_is_a_second_reference() {
+    let folder = tempfile::tempdir().unwrap();
+    let draw = |method: &str| -> (f32, serde_json::Value) {
+        let line = format!(
+            "reference bundled:cornell-lamp --size 32x24 --spp 256 --no-cache --method {method} \
+             --aov indirect -o {method}.exr --report {method}.json"
+        );
+        let ran = lumivox(folder.path(), &words(&line), &[]);
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+        let image = read_exr(&folder.path().join(format!("{method}.exr"))).unwrap();
+        let report = json(&folder.path().join(format!("{method}.json")));
+        (mean(&image), report)
+    };
+    let (traced, by_path) = draw("path");
+    let (solved, by_patches) = draw("radiosity");
+    println!("mean {traced} by paths, {solved} by patches");
+    assert!((solved / traced - 1.0).abs() < 0.02, "{traced}, {solved}");
+    assert_eq!(by_path["settings"]["method"], "path");
+    assert!(by_path["patches"].is_null());
+    assert_eq!(by_patches["settings"]["method"], "radiosity");
+    let patches = by_patches["patches"].as_u64().unwrap();
+    assert!(patches > 1000 && by_patches["patch_rays"].as_u64() > Some(patches));
 }
 
 #[test]
