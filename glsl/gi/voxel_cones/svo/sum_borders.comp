@@ -1,10 +1,10 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// svo.sum_borders: the nine texels that two bricks share along an axis, where voxels spread to their
-// corners (Crassin et al. 2011, figure 7, with both directions of an axis in one pass).
+// svo.sum_borders: the nine texels that two bricks share along an axis, where voxels spread to
+// their corners (Crassin et al. 2011, figure 7, with both directions of an axis in one pass).
 //
-// Both bricks have a share of each texel, and both get the sum. After the three axes every copy of a
-// texel is the same sum. A thread a tile.
+// Both bricks have a share of each texel, and both get the sum. After the three axes every copy of
+// a texel is the same sum. A thread a tile.
 layout(local_size_x = 64) in;
 
 #include "gi/voxel_cones/svo/pool.glsl"
