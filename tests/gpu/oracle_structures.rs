@@ -249,10 +249,37 @@ fn cone_settings(random: &mut Random, wide: bool) -> Vec<String> {
     set("shadow_aperture", 2.0 + 18.0 * random.unit());
     pairs.push(format!("cone_set={}", if wide { "papers" } else { "disc" }));
     pairs.push("interleave=4".to_owned());
+    // Cones of each kind have a start, a step and a width of their own, or those of the others.
     if wide {
         pairs.push("specular_interleave=3".to_owned());
+        for kind in ["specular", "shadow", "occlusion"] {
+            pairs.push(format!("{kind}_start={}", 0.6 + 1.5 * random.unit()));
+            pairs.push(format!("{kind}_step={}", 0.4 + 0.8 * random.unit()));
+        }
+        pairs.push(format!(
+            "occlusion_aperture={}",
+            20.0 + 30.0 * random.unit()
+        ));
+    } else {
+        pairs.push(format!("specular_aperture={}", 5.0 + 20.0 * random.unit()));
     }
     pairs
+}
+
+/// Settings by which all cones are as those of a kind are by these.
+fn of_kind(case: &Case, cones: &[String], kind: &str) -> Settings {
+    let settings = case.settings(cones);
+    let own = [("start", "start_offset"), ("step", "step_factor")].map(|(own, others)| {
+        let value = settings.number(&format!("{kind}_{own}"));
+        let is_own = value > 0.0;
+        let value = if is_own {
+            value
+        } else {
+            settings.number(others)
+        };
+        format!("{others}={value}")
+    });
+    case.settings(&[cones, &own].concat())
 }
 
 /// What the device gives: the gather, then its visibility by cones of its own, then the specular
@@ -294,7 +321,7 @@ fn specular_by_oracle(
     pixels: &[Pixel],
     march: &MarchSettings,
     start_offset: f64,
-    (pattern, roughening): (Pattern, f64),
+    (pattern, roughening, aperture_deg): (Pattern, f64, f64),
 ) -> Vec<DVec4> {
     let of = |pixel: &Pixel| {
         let Some(gloss) = &pixel.gloss else {
@@ -305,7 +332,7 @@ fn specular_by_oracle(
             ..*gloss
         };
         let (normal, to_eye) = (pixel.receiver.shading_normal, pixel.to_eye);
-        let lobe = match pattern.count() {
+        let mut lobe = match pattern.count() {
             1 => gloss.whole(normal, to_eye),
             count => gloss.part(
                 normal,
@@ -314,6 +341,9 @@ fn specular_by_oracle(
                 count,
             ),
         };
+        if aperture_deg > 0.0 {
+            lobe.half_angle_rad = 0.5 * aperture_deg.to_radians();
+        }
         specular(
             structure.levels(),
             &pixel.receiver,
@@ -438,12 +468,6 @@ fn compare_case(gpu: &Gpu, case: &Case, cones: &[String], eye: Vec3, plants: boo
     );
     let pixels = pixels(gpu, &view, (eye - grid.origin).as_dvec3() / voxel_size);
     let seen = render(gpu, &walker.gpu_scene, &view, volume, &settings);
-    let march = march_settings(
-        &settings,
-        voxel_size,
-        grid.resolution,
-        scene.environment.uniform(),
-    );
     let start_offset = f64::from(settings.number("start_offset"));
     let check = |what: &str,
                  seen: &[DVec4],
@@ -497,17 +521,21 @@ fn compare_case(gpu: &Gpu, case: &Case, cones: &[String], eye: Vec3, plants: boo
         ],
     );
 
-    let set = cone_set(
+    let mut set = cone_set(
         settings.count("occlusion_cones"),
         true,
         settings.number("aperture_scale"),
     );
+    let aperture = settings.number("occlusion_aperture");
+    for cone in set.cones.iter_mut().filter(|_| aperture > 0.0) {
+        cone.tan_half_aperture = (0.5 * aperture.to_radians()).tan();
+    }
     let own = by_oracle_with(
         structure.levels(),
         &scene,
         grid,
         &view,
-        &settings,
+        &of_kind(case, cones, "occlusion"),
         &set,
         ["occlusion_distance", "occlusion_falloff"],
     );
@@ -567,9 +595,25 @@ fn compare_case(gpu: &Gpu, case: &Case, cones: &[String], eye: Vec3, plants: boo
             &pixels,
             march,
             start_offset,
-            (Pattern::specular(&settings), roughening),
+            (
+                Pattern::specular(&settings),
+                roughening,
+                settings.number("specular_aperture").into(),
+            ),
         ))
     };
+    let [specular_kind, shadow_kind] =
+        ["specular", "shadow"].map(|kind| of_kind(case, cones, kind));
+    let march_of = |settings: &Settings| {
+        march_settings(
+            settings,
+            voxel_size,
+            grid.resolution,
+            scene.environment.uniform(),
+        )
+    };
+    let march = march_of(&specular_kind);
+    let start_offset = f64::from(specular_kind.number("start_offset"));
     let expected = by_oracle(&march, start_offset, 1.0);
     assert!(
         expected.len() > 150 && below > 20,
@@ -594,8 +638,9 @@ fn compare_case(gpu: &Gpu, case: &Case, cones: &[String], eye: Vec3, plants: boo
         case.name
     );
 
+    let march = march_of(&shadow_kind);
     let direct = |march: &MarchSettings| {
-        direct_by_oracle(&structure, &pixels, &scene, volume, &settings, march)
+        direct_by_oracle(&structure, &pixels, &scene, volume, &shadow_kind, march)
     };
     let twice = MarchSettings {
         opacity_exponent: 2.0 * march.opacity_exponent,

@@ -90,7 +90,7 @@ pub(super) const RULES: &[Rule] = &[
     },
     Rule {
         group: Group::Light,
-        settings: &["shadow_aperture"],
+        settings: &["shadow_aperture", "shadow_start", "shadow_step"],
         applies: |settings| settings.is("shadows", "cones"),
     },
     Rule {
@@ -139,6 +139,11 @@ pub(super) const RULES: &[Rule] = &[
     },
     Rule {
         group: Group::Gather,
+        settings: &["specular_aperture", "specular_start", "specular_step"],
+        applies: |settings| settings.is("specular", "on"),
+    },
+    Rule {
+        group: Group::Gather,
         settings: &["rays", "radiance"],
         applies: |settings| !is_gathered_by_cones(settings),
     },
@@ -165,7 +170,13 @@ pub(super) const RULES: &[Rule] = &[
     },
     Rule {
         group: Group::Screen,
-        settings: &["occlusion_distance", "occlusion_falloff"],
+        settings: &[
+            "occlusion_distance",
+            "occlusion_falloff",
+            "occlusion_aperture",
+            "occlusion_start",
+            "occlusion_step",
+        ],
         applies: has_occlusion_cones,
     },
 ];

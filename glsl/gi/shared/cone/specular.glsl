@@ -21,6 +21,7 @@ layout(push_constant) uniform SpecularParams {
     MarchSettings march;
     uint face_stride;      // of the volume: from a face of what it stores to the next
     uint pattern;          // of a tile of pixels, each of which mirrors about its own half vector
+    float own_tan_half;    // of every cone; 0: by the lobe
 } params;
 
 #include "shared/gbuffer.glsl"
@@ -36,6 +37,7 @@ struct Mirrored {
 };
 
 float tan_half_of(float alpha, float share) {
+    if (params.own_tan_half > 0.0) return params.own_tan_half;
     return tan(min(2.0 * atan(alpha * sqrt(share / (1.0 - share))), 1.0));
 }
 

@@ -3,7 +3,7 @@
 //! A weight is the cone's share of E/π, so weights sum to 1 and a uniform environment gives E = π L
 //! with every set.
 
-use std::f32::consts::{FRAC_PI_2, FRAC_PI_3, FRAC_PI_4, PI, TAU};
+use std::f32::consts::{FRAC_PI_2, FRAC_PI_3, FRAC_PI_4, FRAC_PI_8, PI, TAU};
 
 use crate::gi::Settings;
 use crate::gi::settings::SettingError;
@@ -59,6 +59,9 @@ impl KahlRings {
     }
 }
 
+/// Smallest step (sample diameters): with it, the loops of the longest cones still end.
+const LEAST_STEP: f32 = 0.1;
+
 /// Whether the settings of cones are possible together.
 pub fn check(settings: &Settings) -> Result<(), SettingError> {
     if settings.is("cone_set", "kahl") && diffuse_set(settings).cones.is_empty() {
@@ -66,6 +69,14 @@ pub fn check(settings: &Settings) -> Result<(), SettingError> {
             "cone_set = kahl needs one of kahl_front, kahl_intermediate and kahl_side to be on"
                 .into(),
         ));
+    }
+    for name in ["specular_step", "shadow_step", "occlusion_step"] {
+        let step = settings.number(name);
+        if step > 0.0 && step < LEAST_STEP {
+            return Err(SettingError::Together(format!(
+                "{name} = {step} is neither 0, for step_factor, nor {LEAST_STEP} or more"
+            )));
+        }
     }
     super::patches::check(settings)
 }
@@ -123,8 +134,8 @@ pub fn kahl_set(rings: KahlRings, aperture_scale: f32) -> ConeSet {
 ///
 /// With `disc`, or for more than nine cones, directions are a Vogel spiral on the unit disc lifted
 /// to the hemisphere (Malley), each of weight 1/n and of the solid angle of its share, π / (n cos
-/// θ). Otherwise those of the papers, all of 60° aperture or less: 1: the normal, 120°. 5: the
-/// normal and four at 45°, 60°. 6: the normal and five at 60° (Crassin et al. 2011; weights 1/4 and
+/// θ). Otherwise those of the papers, all of 60° aperture or less: 1: the normal, 120°. 4: at 45°,
+/// 45° (Villegas and Ramírez, section IX, who do not say where). 5: the normal and four at 45°, 60°. 6: the normal and five at 60° (Crassin et al. 2011; weights 1/4 and
 /// 3/20). 9: the normal, four at 45° and four at 60° turned by 45°, 40°. The weights of 5 and 9 are
 /// proportional to cos θ times the cone's solid angle.
 pub fn cone_set(count: u32, disc: bool, aperture_scale: f32) -> ConeSet {
@@ -145,6 +156,7 @@ fn shared_cone_set(count: u32, disc: bool, aperture_scale: f32, shares: u32) -> 
     let (mut cones, stratum): (Vec<Cone>, f32) = match count {
         _ if disc || count > 9 => (disc_cones(count, shares), 1.0 / count as f32),
         1 => (ring(1, 0.0, 0.0, FRAC_PI_3, 1.0).collect(), 0.0),
+        4 => (ring(4, FRAC_PI_4, 0.0, FRAC_PI_8, 0.25).collect(), 0.0),
         5 => {
             let side = FRAC_PI_4.cos();
             let total = 1.0 + 4.0 * side;
@@ -236,6 +248,7 @@ mod tests {
         };
         match count {
             1 => vec![[0.0, 0.0, 60.0, 1.0]],
+            4 => ring(4, 45.0, 0.0, 22.5, 0.25).collect(),
             5 => ring(1, 0.0, 0.0, 30.0, 0.261_204)
                 .chain(ring(4, 45.0, 0.0, 30.0, 0.184_699))
                 .collect(),
@@ -252,7 +265,7 @@ mod tests {
 
     #[test]
     fn published_sets_are_as_published() {
-        for count in [1, 5, 6, 9] {
+        for count in [1, 4, 5, 6, 9] {
             let (set, published) = (cone_set(count, false, 1.0), published(count));
             assert_eq!(
                 (set.cones.len(), set.stratum),

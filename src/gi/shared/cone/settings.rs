@@ -23,12 +23,12 @@ pub static SETTINGS: &[Setting] = &[
         name: "cones",
         help: "diffuse cones a pixel",
         unit: "",
-        domain: Domain::OneOf(&[1, 5, 6, 9, 16, 25, 32]),
+        domain: Domain::OneOf(&[1, 4, 5, 6, 9, 16, 25, 32]),
         default: "16",
     },
     Setting {
         name: "cone_set",
-        help: "directions: papers (1, 5, 6 and 9 as published; 16 and more on a disc), disc \
+        help: "directions: papers (1, 4, 5, 6 and 9 as published; 16 and more on a disc), disc \
                (equal shares of the cosine-weighted disc) or kahl (the rings of kahl_*, whatever \
                cones says)",
         unit: "",
@@ -139,6 +139,34 @@ pub static SETTINGS: &[Setting] = &[
         default: "0",
     },
     Setting {
+        name: "occlusion_start",
+        help: "start_offset of occlusion_cones; −1: as of the others",
+        unit: "voxels",
+        domain: Domain::Number {
+            min: -1.0,
+            max: 16.0,
+        },
+        default: "-1",
+    },
+    Setting {
+        name: "occlusion_step",
+        help: "step_factor of occlusion_cones; 0: as of the others",
+        unit: "diameters",
+        domain: Domain::Number { min: 0.0, max: 2.0 },
+        default: "0",
+    },
+    Setting {
+        name: "occlusion_aperture",
+        help: "full angle of occlusion_cones; 0: that of their share of the hemisphere, by \
+               aperture_scale",
+        unit: "degrees",
+        domain: Domain::Number {
+            min: 0.0,
+            max: 120.0,
+        },
+        default: "0",
+    },
+    Setting {
         name: "shadows",
         help: "of the lights on what is seen: maps, or cones from the surface to each light \
                through the voxels (soft; without maps where nothing else reads them)",
@@ -155,6 +183,23 @@ pub static SETTINGS: &[Setting] = &[
             max: 25.0,
         },
         default: "5",
+    },
+    Setting {
+        name: "shadow_start",
+        help: "start_offset of the cones of shadows = cones; −1: as of the others",
+        unit: "voxels",
+        domain: Domain::Number {
+            min: -1.0,
+            max: 16.0,
+        },
+        default: "-1",
+    },
+    Setting {
+        name: "shadow_step",
+        help: "step_factor of the cones of shadows = cones; 0: as of the others",
+        unit: "diameters",
+        domain: Domain::Number { min: 0.0, max: 2.0 },
+        default: "0",
     },
     Setting {
         name: "emitters",
@@ -179,6 +224,33 @@ pub static SETTINGS: &[Setting] = &[
         unit: "",
         domain: Domain::Choice(&["on", "off"]),
         default: "on",
+    },
+    Setting {
+        name: "specular_aperture",
+        help: "full angle of the specular cone; 0: as wide as the glossy lobe, by roughness",
+        unit: "degrees",
+        domain: Domain::Number {
+            min: 0.0,
+            max: 90.0,
+        },
+        default: "0",
+    },
+    Setting {
+        name: "specular_start",
+        help: "start_offset of the specular cone; −1: as of the others",
+        unit: "voxels",
+        domain: Domain::Number {
+            min: -1.0,
+            max: 16.0,
+        },
+        default: "-1",
+    },
+    Setting {
+        name: "specular_step",
+        help: "step_factor of the specular cone; 0: as of the others",
+        unit: "diameters",
+        domain: Domain::Number { min: 0.0, max: 2.0 },
+        default: "0",
     },
 ];
 

@@ -56,7 +56,7 @@ impl ConeTracer {
         let Some(tan_half) = self.shadow_tan_half else {
             return;
         };
-        let s = &self.settings;
+        let s = self.settings.of_kind(self.shadow_kind);
         let specular = gbuffer.specular.as_ref().unwrap_or(&gbuffer.albedo);
         let mut dispatches = s.dispatches(frame.loops(), volume, scene.lights.len() as u32);
         if dispatches.is_empty() {

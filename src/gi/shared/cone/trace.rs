@@ -46,13 +46,20 @@ impl ConeTracer {
         surface: &BeamStart,
         (axis, aperture_deg): (BeamAxis, Option<f32>),
     ) -> Result<Beam, Error> {
-        let (s, grid) = (&self.settings, &volume.grid);
+        let is_mirror = axis == BeamAxis::Mirror;
+        let (s, grid) = (
+            if is_mirror {
+                self.settings.of_kind(self.specular_kind)
+            } else {
+                self.settings
+            },
+            &volume.grid,
+        );
         let cones: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&self.set.cones)?);
         let cones = &cones[..self.set.count as usize];
         let (direction, own_tan_half, weight) = self.axis(surface, cones, axis);
         let tan_half =
             aperture_deg.map_or(own_tan_half, |degrees| (0.5 * degrees.to_radians()).tan());
-        let is_mirror = axis == BeamAxis::Mirror;
         let capacity = longest_march(volume.voxels_across, s.step_factor);
         let rows = storage(
             gpu,
@@ -148,7 +155,11 @@ impl ConeTracer {
                 };
                 (
                     lifted(cone.direction, surface.geometric_normal.as_dvec3()).as_vec3(),
-                    cone.half_angle_rad.tan() as f32,
+                    if self.specular_tan_half > 0.0 {
+                        self.specular_tan_half
+                    } else {
+                        cone.half_angle_rad.tan() as f32
+                    },
                     None,
                 )
             }

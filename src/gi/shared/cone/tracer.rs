@@ -47,6 +47,8 @@ gpu_struct! {
         pub face_stride: u32,
         /// As in [`ConeParams`]; each pixel mirrors about a half vector of its own.
         pub pattern: u32,
+        /// tan(γ/2) of every cone; 0: by the lobe.
+        pub own_tan_half: f32,
     }
 }
 
@@ -108,6 +110,41 @@ pub struct ConeSettings {
     pub(super) face_weights: FaceWeights,
 }
 
+/// What cones of one kind have apart from the others.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ConeKind {
+    /// Start along the geometric normal (texels read there).
+    start_offset: f32,
+    step_factor: f32,
+}
+
+impl ConeKind {
+    /// Settings whose names begin with `kind`.
+    fn new(settings: &Settings, kind: &str) -> Self {
+        let own = |name: &str| settings.number(&format!("{kind}_{name}"));
+        let (start, step) = (own("start"), own("step"));
+        let start_offset = if start < 0.0 {
+            settings.number("start_offset")
+        } else {
+            start
+        };
+        let step_factor = if step == 0.0 {
+            settings.number("step_factor")
+        } else {
+            step
+        };
+        ConeKind {
+            start_offset,
+            step_factor,
+        }
+    }
+}
+
+/// tan(γ/2) of a full angle.
+fn tan_half(degrees: f32) -> f32 {
+    (0.5 * degrees.to_radians()).tan()
+}
+
 /// A cone set on the device.
 pub(super) struct DeviceSet {
     pub(super) cones: Arc<Buffer>,
@@ -155,6 +192,11 @@ pub struct ConeTracer {
     occlusion: Option<(DeviceSet, f32, f32)>,
     /// tan(γ/2) of the cone to a light; absent where shadow maps say what hides it.
     pub(super) shadow_tan_half: Option<f32>,
+    /// tan(γ/2) of the specular cone; 0: by the lobe.
+    pub(super) specular_tan_half: f32,
+    pub(super) specular_kind: ConeKind,
+    pub(super) shadow_kind: ConeKind,
+    occlusion_kind: ConeKind,
     /// Whether diffuse cones skip samples of a dense volume's empty space. The picture is the
     /// same, bit by bit.
     pub skips_empty: bool,
@@ -184,8 +226,14 @@ pub(super) fn face_turns(directionality: Directionality) -> u32 {
 impl ConeTracer {
     /// From a technique's settings.
     pub fn new(gpu: &Gpu, settings: &Settings) -> Result<Self, Error> {
-        let (resolution, step_factor) =
-            (settings.count("resolution"), settings.number("step_factor"));
+        let kinds = ["specular", "shadow", "occlusion"].map(|kind| ConeKind::new(settings, kind));
+        let resolution = settings.count("resolution");
+        let step_factor = kinds
+            .iter()
+            .fold(settings.number("step_factor"), |least, kind| {
+                least.min(kind.step_factor)
+            });
+        let [specular_kind, shadow_kind, occlusion_kind] = kinds;
         // A sample that is taken costs a turn of two loops.
         let turns = 2 + face_turns(Directionality::new(settings));
         let most = turns * longest_march(resolution, step_factor);
@@ -203,11 +251,15 @@ impl ConeTracer {
         let set = DeviceSet::new(gpu, "cone.set", &diffuse_set(settings))?;
         let occlusion = match settings.count("occlusion_cones") {
             0 => None,
-            count => Some(DeviceSet::new(
-                gpu,
-                "cone.occlusion_set",
-                &cone_set(count, true, aperture_scale),
-            )?),
+            count => {
+                let mut set = cone_set(count, true, aperture_scale);
+                let aperture = settings.number("occlusion_aperture");
+                if aperture > 0.0 {
+                    let cones = set.cones.iter_mut();
+                    cones.for_each(|cone| cone.tan_half_aperture = tan_half(aperture));
+                }
+                Some(DeviceSet::new(gpu, "cone.occlusion_set", &set)?)
+            }
         };
         let bounce_set = cone_set(settings.count("bounce_directions"), true, aperture_scale);
         Ok(ConeTracer {
@@ -239,7 +291,11 @@ impl ConeTracer {
             }),
             shadow_tan_half: settings
                 .is("shadows", "cones")
-                .then(|| (0.5 * settings.number("shadow_aperture").to_radians()).tan()),
+                .then(|| tan_half(settings.number("shadow_aperture"))),
+            specular_tan_half: tan_half(settings.number("specular_aperture")),
+            specular_kind,
+            shadow_kind,
+            occlusion_kind,
             skips_empty: set.is_narrow,
             set,
         })
@@ -280,7 +336,7 @@ impl ConeTracer {
         let settings = ConeSettings {
             max_distance_m: *reach_m,
             ao_falloff: *falloff,
-            ..self.settings
+            ..self.settings.of_kind(self.occlusion_kind)
         };
         let march = March::new(set.is_narrow, ConeOutput::Light, settings.face_weights);
         for params in gather_params(frame.loops(), &settings, set, volume) {
@@ -375,12 +431,13 @@ impl ConeTracer {
         let Some(specular) = &gbuffer.specular else {
             return;
         };
-        let s = &self.settings;
+        let s = self.settings.of_kind(self.specular_kind);
         let params = SpecularParams {
             grid: volume.grid.row(),
             march: s.march(volume),
             face_stride: volume.face_stride,
             pattern: s.specular_pattern.bits(),
+            own_tan_half: self.specular_tan_half,
         };
         let march = March::new(true, output, s.face_weights);
         volume
@@ -430,6 +487,15 @@ impl ConeTracer {
 }
 
 impl ConeSettings {
+    /// The same for cones of a kind.
+    pub(super) fn of_kind(&self, kind: ConeKind) -> Self {
+        ConeSettings {
+            start_offset: kind.start_offset,
+            step_factor: kind.step_factor,
+            ..*self
+        }
+    }
+
     /// First cone, and one beyond the last, of as many dispatches as keep the loops of one thread's
     /// cones within their budget.
     pub(super) fn dispatches(&self, loops: Loops, volume: Volume<'_>, count: u32) -> Vec<[u32; 2]> {
