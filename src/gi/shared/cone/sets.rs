@@ -135,9 +135,10 @@ pub fn kahl_set(rings: KahlRings, aperture_scale: f32) -> ConeSet {
 /// With `disc`, or for more than nine cones, directions are a Vogel spiral on the unit disc lifted
 /// to the hemisphere (Malley), each of weight 1/n and of the solid angle of its share, π / (n cos
 /// θ). Otherwise those of the papers, all of 60° aperture or less: 1: the normal, 120°. 4: at 45°,
-/// 45° (Villegas and Ramírez, section IX, who do not say where). 5: the normal and four at 45°, 60°. 6: the normal and five at 60° (Crassin et al. 2011; weights 1/4 and
-/// 3/20). 9: the normal, four at 45° and four at 60° turned by 45°, 40°. The weights of 5 and 9 are
-/// proportional to cos θ times the cone's solid angle.
+/// 45° (Villegas and Ramírez, section IX, who do not say where). 5: the normal and four at 45°,
+/// 60°. 6: the normal and five at 60° (Crassin et al. 2011; weights 1/4 and 3/20). 9: the normal,
+/// four at 45° and four at 60° turned by 45°, 40°. The weights of 5 and 9 are proportional to cos θ
+/// times the cone's solid angle.
 pub fn cone_set(count: u32, disc: bool, aperture_scale: f32) -> ConeSet {
     shared_cone_set(count, disc, aperture_scale, count)
 }
