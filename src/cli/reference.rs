@@ -25,14 +25,15 @@ use super::write::write_report;
 \x20 lumivox reference bundled:cornell --spp 64 --frames 30 --pan 1 -o r_####.exr\n\
 \x20 lumivox reference bundled:cornell --method radiosity --spp 64 -o radiosity.exr")]
 pub(crate) struct Args {
-    /// How light gets to what the camera's rays see: by paths, or by patches that exchange it. The
-    /// latter is for scenes without specular lobes, and is not kept in the cache.
+    /// How light gets to what the camera sees: by paths, or by patches that exchange it, in scenes
+    /// without specular lobes (never from the cache).
     #[arg(long, value_enum, default_value_t = Method::Path)]
     method: Method,
     /// Rays from a side of an undivided patch of radiosity (a power of two).
     #[arg(long, value_name = "N", default_value_t = RadiositySettings::default().rays)]
     patch_rays: u32,
-    /// Split a patch while its quarters differ by more than this share of all light in the scene.
+    /// Split a patch while its quarters would change the picture's mean indirect light by more than
+    /// this share.
     #[arg(long, value_name = "X", default_value_t = RadiositySettings::default().max_error)]
     patch_error: f32,
     /// Make at most this many patches.
@@ -73,9 +74,7 @@ pub(crate) struct Args {
 /// How a reference is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Method {
-    /// Paths of light.
     Path,
-    /// Patches that exchange light.
     Radiosity,
 }
 

@@ -310,7 +310,7 @@ mod tests {
     /// cones.
     #[test]
     fn weights_integrate_the_cosine() {
-        let counted = [1, 5, 6, 9, 16, 25, 32]
+        let counted = [1, 4, 5, 6, 9, 16, 25, 32]
             .into_iter()
             .flat_map(|count| [false, true].map(|disc| cone_set(count, disc, 0.3)));
         let rings = (1..8).map(|rings| {
@@ -329,11 +329,11 @@ mod tests {
         }
     }
 
-    /// Each cone of 5 and of 9 counts as much as it covers of the cosine-weighted hemisphere, which
+    /// Each cone of 4, of 5 and of 9 counts as much as it covers of the cosine-weighted hemisphere, which
     /// directions tell; those of 6 do not.
     #[test]
     fn weights_are_what_cones_cover() {
-        for (count, is_covered) in [(5, true), (9, true), (6, false)] {
+        for (count, is_covered) in [(4, true), (5, true), (9, true), (6, false)] {
             let cones = cone_set(count, false, 1.0).cones;
             let n = 100_000;
             let mut covered = vec![0.0f64; cones.len()];
