@@ -329,8 +329,8 @@ mod tests {
         }
     }
 
-    /// Each cone of 4, of 5 and of 9 counts as much as it covers of the cosine-weighted hemisphere, which
-    /// directions tell; those of 6 do not.
+    /// Each cone of 4, of 5 and of 9 counts as much as it covers of the cosine-weighted hemisphere,
+    /// which directions tell; those of 6 do not.
     #[test]
     fn weights_are_what_cones_cover() {
         for (count, is_covered) in [(4, true), (5, true), (9, true), (6, false)] {
