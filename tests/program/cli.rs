@@ -273,6 +273,11 @@ fn bad_arguments_elsewhere() {
             &["-1"],
         ),
         (
+            "render bundled:cornell --technique svo --set specular_step=0.05 -o a.exr",
+            2,
+            &["specular_step", "0.05", "step_factor", "0.1 or more"],
+        ),
+        (
             "reference bundled:glossy --method radiosity --size 8x8 -o a.png",
             2,
             &["scene glossy", "material", "specular lobe", "path tracer"],

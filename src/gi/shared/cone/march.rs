@@ -1,7 +1,9 @@
-//! How cones are marched: what every pass that does is told.
+//! How cones are marched, of each kind: what every pass that does is told.
 
-use super::tracer::ConeSettings;
-use super::volume::Volume;
+use super::volume::{FaceWeights, Volume};
+use crate::gi::Settings;
+use crate::gi::shared::interleave::Pattern;
+use crate::gi::shared::voxel::VoxelGrid;
 use crate::gpu_struct;
 
 gpu_struct! {
@@ -26,7 +28,62 @@ gpu_struct! {
     }
 }
 
+/// How cones are traced.
+#[derive(Clone, Copy, Debug)]
+pub struct ConeSettings {
+    /// Which directions the pixels of a tile take.
+    pub pattern: Pattern,
+    /// Which directions of the glossy lobe they take.
+    pub specular_pattern: Pattern,
+    pub(super) step_factor: f32,
+    pub(super) opacity_exponent: f32,
+    pub(super) height_clamp: f32,
+    pub(super) start_offset: f32,
+    pub(super) max_distance_m: f32,
+    pub(super) ao_falloff: f32,
+    pub(super) face_weights: FaceWeights,
+}
+
+/// What cones of one kind have apart from the others.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ConeKind {
+    /// Start along the geometric normal (texels read there).
+    pub(super) start_offset: f32,
+    pub(super) step_factor: f32,
+}
+
+impl ConeKind {
+    /// Settings whose names begin with `kind`.
+    pub(super) fn new(settings: &Settings, kind: &str) -> Self {
+        let own = |name: &str| settings.number(&format!("{kind}_{name}"));
+        let (start, step) = (own("start"), own("step"));
+        let start_offset = if start < 0.0 {
+            settings.number("start_offset")
+        } else {
+            start
+        };
+        let step_factor = if step == 0.0 {
+            settings.number("step_factor")
+        } else {
+            step
+        };
+        ConeKind {
+            start_offset,
+            step_factor,
+        }
+    }
+}
+
 impl ConeSettings {
+    /// The same for cones of a kind.
+    pub(super) fn of_kind(&self, kind: ConeKind) -> Self {
+        ConeSettings {
+            start_offset: kind.start_offset,
+            step_factor: kind.step_factor,
+            ..*self
+        }
+    }
+
     /// Through a volume, without the falloff of ambient visibility.
     pub(super) fn march(&self, volume: Volume<'_>) -> MarchSettings {
         MarchSettings {
@@ -38,6 +95,15 @@ impl ConeSettings {
             voxel_size_m: volume.grid.voxel_size,
             ao_falloff: 0.0,
             start_offset: self.start_offset,
+        }
+    }
+
+    /// Longest distance (voxels).
+    pub(super) fn max_distance(&self, grid: &VoxelGrid) -> f32 {
+        if self.max_distance_m > 0.0 {
+            self.max_distance_m / grid.voxel_size
+        } else {
+            4.0 * grid.resolution as f32
         }
     }
 }

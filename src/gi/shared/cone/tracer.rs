@@ -1,14 +1,14 @@
-//! Cones on the device: the sets, how they are marched, and the passes that gather, reflect and
+//! Cones on the device: the sets, and the passes that gather, reflect and
 //! bounce by them.
 
 use std::sync::Arc;
 
-use super::march::MarchSettings;
+use super::march::{ConeKind, ConeSettings, MarchSettings};
 use super::sets::{ConeSet, cone_set, diffuse_set};
 use super::volume::{ConeOutput, FaceWeights, March, Volume};
 use crate::gi::Settings;
 use crate::gi::shared::interleave::Pattern;
-use crate::gi::shared::voxel::{Directionality, LightBounces, VoxelGrid, VoxelRecords};
+use crate::gi::shared::voxel::{Directionality, LightBounces, VoxelRecords};
 use crate::gpu_struct;
 use crate::graph::compute::linear_groups;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, Gpu, Image, Loops, Owner};
@@ -93,52 +93,6 @@ pub(in crate::gi) const BOUNCE: [Binding; 3] = [
     Binding::buffer("cones", Access::ComputeRead),
     Binding::buffer("voxel_irradiance", Access::ComputeReadWrite),
 ];
-
-/// How cones are traced.
-#[derive(Clone, Copy, Debug)]
-pub struct ConeSettings {
-    /// Which directions the pixels of a tile take.
-    pub pattern: Pattern,
-    /// Which directions of the glossy lobe they take.
-    pub specular_pattern: Pattern,
-    pub(super) step_factor: f32,
-    pub(super) opacity_exponent: f32,
-    pub(super) height_clamp: f32,
-    pub(super) start_offset: f32,
-    pub(super) max_distance_m: f32,
-    pub(super) ao_falloff: f32,
-    pub(super) face_weights: FaceWeights,
-}
-
-/// What cones of one kind have apart from the others.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct ConeKind {
-    /// Start along the geometric normal (texels read there).
-    start_offset: f32,
-    step_factor: f32,
-}
-
-impl ConeKind {
-    /// Settings whose names begin with `kind`.
-    fn new(settings: &Settings, kind: &str) -> Self {
-        let own = |name: &str| settings.number(&format!("{kind}_{name}"));
-        let (start, step) = (own("start"), own("step"));
-        let start_offset = if start < 0.0 {
-            settings.number("start_offset")
-        } else {
-            start
-        };
-        let step_factor = if step == 0.0 {
-            settings.number("step_factor")
-        } else {
-            step
-        };
-        ConeKind {
-            start_offset,
-            step_factor,
-        }
-    }
-}
 
 /// tan(γ/2) of a full angle.
 fn tan_half(degrees: f32) -> f32 {
@@ -487,15 +441,6 @@ impl ConeTracer {
 }
 
 impl ConeSettings {
-    /// The same for cones of a kind.
-    pub(super) fn of_kind(&self, kind: ConeKind) -> Self {
-        ConeSettings {
-            start_offset: kind.start_offset,
-            step_factor: kind.step_factor,
-            ..*self
-        }
-    }
-
     /// First cone, and one beyond the last, of as many dispatches as keep the loops of one thread's
     /// cones within their budget.
     pub(super) fn dispatches(&self, loops: Loops, volume: Volume<'_>, count: u32) -> Vec<[u32; 2]> {
@@ -508,15 +453,6 @@ impl ConeSettings {
             .step_by(cones_a_dispatch as usize)
             .map(|first| [first, (first + cones_a_dispatch).min(count)])
             .collect()
-    }
-
-    /// Longest distance (voxels).
-    pub(super) fn max_distance(&self, grid: &VoxelGrid) -> f32 {
-        if self.max_distance_m > 0.0 {
-            self.max_distance_m / grid.voxel_size
-        } else {
-            4.0 * grid.resolution as f32
-        }
     }
 }
 
