@@ -463,6 +463,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/voxel_cones/clipmap/mark_filled.comp.spv"),
     ),
     (
+        "gi/voxel_cones/clipmap/obscure.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/clipmap/obscure.comp.spv"),
+    ),
+    (
         "gi/voxel_cones/clipmap/patches.comp",
         include_bytes!("../../spirv/gi/voxel_cones/clipmap/patches.comp.spv"),
     ),
@@ -541,6 +545,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     (
         "gi/voxel_cones/mips/mark_matter.comp",
         include_bytes!("../../spirv/gi/voxel_cones/mips/mark_matter.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/mips/obscure.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/mips/obscure.comp.spv"),
     ),
     (
         "gi/voxel_cones/mips/patches.comp",
@@ -669,6 +677,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     (
         "gi/voxel_cones/svo/merge_radiance.comp",
         include_bytes!("../../spirv/gi/voxel_cones/svo/merge_radiance.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/svo/obscure.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/svo/obscure.comp.spv"),
     ),
     (
         "gi/voxel_cones/svo/patches.comp",

@@ -215,8 +215,8 @@ fn samples_are_the_oracles() {
                 } else {
                     4.0 * f64::from(resolution)
                 },
-                ao_falloff: 0.0,
                 environment: behind,
+                ..MarchSettings::TEXTBOOK
             };
             let (normal, direction) = (normal.as_dvec3(), beam.direction.as_dvec3());
             let origin = (place - grid.origin).as_dvec3() / voxel + number("start_offset") * normal;

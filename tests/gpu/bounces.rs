@@ -314,8 +314,8 @@ fn light_gathered_by_cones_is_the_oracles() {
             opacity_exponent: number("opacity_exponent"),
             height_clamp: number("height_clamp"),
             max_distance: 128.0,
-            ao_falloff: 0.0,
             environment: lit.scene.environment.uniform().as_dvec3(),
+            ..MarchSettings::TEXTBOOK
         };
         let placement = Placement {
             start_offset: number("start_offset"),

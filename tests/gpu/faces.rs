@@ -297,11 +297,9 @@ fn a_wide_cone_does_not_pass_a_thin_wall() {
         };
         let settings = MarchSettings {
             step_factor: 0.5,
-            opacity_exponent: 1.0,
-            height_clamp: 0.0,
             max_distance: 1e9,
-            ao_falloff: 0.0,
             environment: DVec3::new(0.0, 0.0, 100.0),
+            ..MarchSettings::TEXTBOOK
         };
         for (name, volume) in [("anisotropic", anisotropic), ("directional", directional)] {
             let seen = march(&volume, &cone, &settings);

@@ -14,11 +14,12 @@ use glam::{DVec3, DVec4, Vec3};
 use lumivox::gi::Settings;
 use lumivox::gi::registry::find;
 use lumivox::gi::shared::cone::VoxelVolume;
-use lumivox::gi::shared::cone::oracle::specular::{Gloss, specular};
+use lumivox::gi::shared::cone::oracle::specular::{Gloss, lifted, specular};
 use lumivox::gi::shared::cone::oracle::{LightPlace, MarchSettings, light_visibility};
 use lumivox::gi::shared::cone::{ConeTracer, FaceWeights, cone_set};
 use lumivox::gi::shared::interleave::Pattern;
 use lumivox::gi::shared::interleave::oracle::interleaved_offset;
+use lumivox::gi::shared::voxel::VoxelGrid;
 use lumivox::gi::shared::voxel::oracle::Receiver;
 use lumivox::gi::voxel_cones::clipmap::Layout;
 use lumivox::graph::{Frame, Gpu, Image};
@@ -167,8 +168,9 @@ fn march_settings(
         } else {
             4.0 * f64::from(resolution)
         },
-        ao_falloff: 0.0,
         environment: environment.as_dvec3(),
+        early_stop: number("early_stop"),
+        ..MarchSettings::TEXTBOOK
     }
 }
 
@@ -249,6 +251,18 @@ fn cone_settings(random: &mut Random, wide: bool) -> Vec<String> {
     set("shadow_aperture", 2.0 + 18.0 * random.unit());
     pairs.push(format!("cone_set={}", if wide { "papers" } else { "disc" }));
     pairs.push("interleave=4".to_owned());
+    pairs.push(format!("early_stop={}", 0.2 * random.unit()));
+    // Kahl's looks, and what others weigh occluders by.
+    if wide {
+        pairs.push(format!("first_hit={}", 0.05 + 0.4 * random.unit()));
+        pairs.push(format!("specular_falloff={}", 1.0 + 8.0 * random.unit()));
+        pairs.push(format!("specular_grace={}", 60.0 * random.unit()));
+        pairs.push("occlusion_weight=radius".to_owned());
+        for kind in ["shadow", "occlusion"] {
+            pairs.push(format!("{kind}_strength={}", 0.5 + 3.0 * random.unit()));
+        }
+    }
+    pairs.extend(["shadows=cones".to_owned(), "obscured_diffuse=on".to_owned()]);
     // Cones of each kind have a start, a step and a width of their own, or those of the others.
     if wide {
         pairs.push("specular_interleave=3".to_owned());
@@ -282,11 +296,12 @@ fn of_kind(case: &Case, cones: &[String], kind: &str) -> Settings {
     case.settings(&[cones, &own].concat())
 }
 
-/// What the device gives: the gather, then its visibility by cones of its own, then the specular
-/// cone and the direct light.
+/// What the device gives: the gather, then its visibility by cones of its own, then its light where
+/// lights are hidden, then the specular cone and the direct light.
 struct Seen {
     gathered: Vec<DVec4>,
     occluded: Vec<DVec4>,
+    obscured: Vec<DVec4>,
     specular: Vec<DVec4>,
     direct: Vec<DVec4>,
 }
@@ -307,10 +322,13 @@ fn render(
         view.results(gpu)
     };
     let (gbuffer, volume, result) = (&view.gbuffer, volume.volume, &view.result);
+    let least = tracer.least_visibility(gpu, SIZE).unwrap().unwrap();
+    let all = || view.all(scene);
     Seen {
-        gathered: results(&|frame| tracer.gather(frame, &view.all(scene), volume)),
-        occluded: results(&|frame| tracer.occlusion(frame, &view.all(scene), volume)),
-        specular: results(&|frame| tracer.specular(frame, gbuffer, volume, result)),
+        gathered: results(&|frame| tracer.gather(frame, &all(), volume)),
+        occluded: results(&|frame| tracer.occlusion(frame, &all(), volume)),
+        obscured: results(&|frame| tracer.obscure(frame, scene, &all(), volume, &least)),
+        specular: results(&|frame| tracer.specular(frame, (scene, gbuffer), volume, result)),
         direct: results(&|frame| tracer.shadow(frame, scene, gbuffer, volume, result)),
     }
 }
@@ -322,6 +340,7 @@ fn specular_by_oracle(
     march: &MarchSettings,
     start_offset: f64,
     (pattern, roughening, aperture_deg): (Pattern, f64, f64),
+    towards_lights: impl Fn(&Pixel, DVec3) -> f64 + Sync,
 ) -> Vec<DVec4> {
     let of = |pixel: &Pixel| {
         let Some(gloss) = &pixel.gloss else {
@@ -344,16 +363,71 @@ fn specular_by_oracle(
         if aperture_deg > 0.0 {
             lobe.half_angle_rad = 0.5 * aperture_deg.to_radians();
         }
-        specular(
+        let seen = specular(
             structure.levels(),
             &pixel.receiver,
             &lobe,
             start_offset,
             march,
-        )
-        .extend(0.0)
+        );
+        (towards_lights(pixel, lobe.direction) * seen).extend(0.0)
     };
     pixels.par_iter().map(of).collect()
+}
+
+/// A light as a pixel's surface has it: the way to it, its irradiance, and what a cone sees of it.
+struct SeenLight {
+    direction: DVec3,
+    irradiance: DVec3,
+    seen: f64,
+}
+
+/// Those lights that are in front of a pixel's surface.
+fn seen_lights(
+    structure: &Structure,
+    pixel: &Pixel,
+    scene: &Scene,
+    grid: &VoxelGrid,
+    settings: &Settings,
+    march: &MarchSettings,
+) -> Vec<SeenLight> {
+    let (origin, voxel_size) = (grid.origin.as_dvec3(), f64::from(grid.voxel_size));
+    let tan_half = (f64::from(settings.number("shadow_aperture")).to_radians() / 2.0).tan();
+    let march = MarchSettings {
+        max_distance: f64::INFINITY,
+        environment: DVec3::ZERO,
+        near_strength: settings.number("shadow_strength").into(),
+        ..*march
+    };
+    let receiver = &pixel.receiver;
+    let of = |light: &Light| {
+        let (direction, _, irradiance) =
+            light.sample((origin + voxel_size * receiver.position).as_vec3());
+        let direction = direction.as_dvec3();
+        if receiver.geometric_normal.dot(direction) <= 0.0 {
+            return None;
+        }
+        let place = match *light {
+            Light::Directional { .. } => LightPlace::Direction(direction),
+            Light::Point { position, .. } | Light::Spot { position, .. } => {
+                LightPlace::Position((position.as_dvec3() - origin) / voxel_size)
+            }
+        };
+        let seen = light_visibility(
+            structure.levels(),
+            receiver,
+            f64::from(settings.number("start_offset")),
+            place,
+            tan_half,
+            &march,
+        );
+        Some(SeenLight {
+            direction,
+            irradiance: irradiance.as_dvec3(),
+            seen,
+        })
+    };
+    scene.lights.iter().filter_map(of).collect()
 }
 
 /// The light of all lights that a pixel reflects, each seen by a cone.
@@ -361,48 +435,22 @@ fn direct_by_oracle(
     structure: &Structure,
     pixels: &[Pixel],
     scene: &Scene,
-    volume: &VoxelVolume<'_>,
+    grid: &VoxelGrid,
     settings: &Settings,
     march: &MarchSettings,
 ) -> Vec<DVec4> {
-    let (origin, voxel_size) = (
-        volume.volume.grid.origin.as_dvec3(),
-        f64::from(volume.volume.grid.voxel_size),
-    );
-    let tan_half = (f64::from(settings.number("shadow_aperture")).to_radians() / 2.0).tan();
-    let march = MarchSettings {
-        max_distance: f64::INFINITY,
-        environment: DVec3::ZERO,
-        ..*march
-    };
     let of = |pixel: &Pixel| {
-        let receiver = &pixel.receiver;
-        let reflected = scene.lights.iter().map(|light| {
-            let (direction, _, irradiance) =
-                light.sample((origin + voxel_size * receiver.position).as_vec3());
-            let direction = direction.as_dvec3();
-            let cosine = receiver.shading_normal.dot(direction);
-            if receiver.geometric_normal.dot(direction) <= 0.0 || cosine <= 0.0 {
+        let normal = pixel.receiver.shading_normal;
+        let lights = seen_lights(structure, pixel, scene, grid, settings, march);
+        let reflected = lights.iter().map(|light| {
+            let cosine = normal.dot(light.direction);
+            if cosine <= 0.0 {
                 return DVec3::ZERO;
             }
-            let place = match *light {
-                Light::Directional { .. } => LightPlace::Direction(direction),
-                Light::Point { position, .. } | Light::Spot { position, .. } => {
-                    LightPlace::Position((position.as_dvec3() - origin) / voxel_size)
-                }
-            };
             let lobe = pixel.gloss.map_or(DVec3::ZERO, |gloss| {
-                gloss.brdf(receiver.shading_normal, pixel.to_eye, direction)
+                gloss.brdf(normal, pixel.to_eye, light.direction)
             });
-            let seen = light_visibility(
-                structure.levels(),
-                receiver,
-                f64::from(settings.number("start_offset")),
-                place,
-                tan_half,
-                &march,
-            );
-            (pixel.albedo / PI + lobe) * irradiance.as_dvec3() * cosine * seen
+            (pixel.albedo / PI + lobe) * light.irradiance * cosine * light.seen
         });
         reflected.sum::<DVec3>().extend(1.0)
     };
@@ -560,6 +608,18 @@ fn compare_case(gpu: &Gpu, case: &Case, cones: &[String], eye: Vec3, plants: boo
         &[("the gather's own", &|| seen.gathered.clone())],
     );
 
+    let shadow_kind = of_kind(case, cones, "shadow");
+    let shadow_march = march_settings(&shadow_kind, voxel_size, grid.resolution, Vec3::ZERO);
+    let obscured = |light_count: usize| -> Vec<DVec4> {
+        let of = |(pixel, before): (&Pixel, &DVec4)| {
+            let seen = seen_lights(&structure, pixel, &scene, grid, &shadow_kind, &shadow_march);
+            let seen = seen.iter().take(light_count).map(|light| light.seen);
+            let least = seen.fold(1.0, |least: f64, seen| least.min(seen));
+            (least * before.truncate()).extend(before.w)
+        };
+        pixels.par_iter().zip(&seen.occluded).map(of).collect()
+    };
+
     let glossy = |all: &[DVec4]| -> Vec<DVec4> {
         all.iter()
             .zip(&pixels)
@@ -589,6 +649,22 @@ fn compare_case(gpu: &Gpu, case: &Case, cones: &[String], eye: Vec3, plants: boo
         "{}",
         case.name
     );
+    let (falloff, grace) = (
+        f64::from(settings.number("specular_falloff")),
+        f64::from(settings.number("specular_grace")).to_radians(),
+    );
+    let towards_lights = |pixel: &Pixel, direction: DVec3| {
+        if falloff == 0.0 {
+            return 1.0;
+        }
+        let direction = lifted(direction, pixel.receiver.geometric_normal);
+        let place = (grid.origin.as_dvec3() + voxel_size * pixel.receiver.position).as_vec3();
+        let share = |light: &Light| {
+            let angle = direction.angle_between(light.sample(place).0.as_dvec3());
+            (1.0 - (angle - grace).max(0.0) / PI).powf(falloff)
+        };
+        scene.lights.iter().map(share).sum()
+    };
     let by_oracle = |march: &MarchSettings, start_offset, roughening| {
         glossy(&specular_by_oracle(
             &structure,
@@ -600,10 +676,10 @@ fn compare_case(gpu: &Gpu, case: &Case, cones: &[String], eye: Vec3, plants: boo
                 roughening,
                 settings.number("specular_aperture").into(),
             ),
+            towards_lights,
         ))
     };
-    let [specular_kind, shadow_kind] =
-        ["specular", "shadow"].map(|kind| of_kind(case, cones, kind));
+    let specular_kind = of_kind(case, cones, "specular");
     let march_of = |settings: &Settings| {
         march_settings(
             settings,
@@ -638,9 +714,9 @@ fn compare_case(gpu: &Gpu, case: &Case, cones: &[String], eye: Vec3, plants: boo
         case.name
     );
 
-    let march = march_of(&shadow_kind);
+    let march = shadow_march;
     let direct = |march: &MarchSettings| {
-        direct_by_oracle(&structure, &pixels, &scene, volume, &shadow_kind, march)
+        direct_by_oracle(&structure, &pixels, &scene, grid, &shadow_kind, march)
     };
     let twice = MarchSettings {
         opacity_exponent: 2.0 * march.opacity_exponent,
@@ -651,5 +727,11 @@ fn compare_case(gpu: &Gpu, case: &Case, cones: &[String], eye: Vec3, plants: boo
         &seen.direct,
         &direct(&march),
         &[("twice the opacity", &|| direct(&twice))],
+    );
+    check(
+        "obscured",
+        &seen.obscured,
+        &obscured(usize::MAX),
+        &[("the first light alone", &|| obscured(1))],
     );
 }

@@ -209,8 +209,7 @@ fn patches_by_cones_are_the_oracles() {
             opacity_exponent: number("opacity_exponent"),
             height_clamp: number("height_clamp"),
             max_distance: f64::INFINITY,
-            ao_falloff: 0.0,
-            environment: DVec3::ZERO,
+            ..MarchSettings::TEXTBOOK
         };
         let discs: Vec<Disc> = made
             .list(&gpu_scene)

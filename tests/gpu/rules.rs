@@ -31,8 +31,16 @@ const COMBINATIONS: [&[(&str, &str)]; 9] = [
         ("occlusion_cones", "4"),
     ],
     &[("cone_set", "kahl"), ("kahl_side", "on")],
-    &[("occlusion_cones", "4"), ("specular", "off")],
-    &[("faces", "front"), ("shadows", "cones")],
+    &[
+        ("occlusion_cones", "4"),
+        ("occlusion_falloff", "1"),
+        ("specular", "off"),
+    ],
+    &[
+        ("faces", "front"),
+        ("shadows", "cones"),
+        ("specular_falloff", "4"),
+    ],
     &[("anisotropic", "on"), ("mip_filter", "box")],
     &[("lattice", "corners"), ("mip_filter", "box")],
     &[("voxel_occlusion", "rays-soft"), ("bounces", "2")],

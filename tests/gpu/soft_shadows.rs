@@ -53,8 +53,7 @@ fn by_oracle(
         opacity_exponent: number("opacity_exponent"),
         height_clamp: number("height_clamp"),
         max_distance: f64::INFINITY,
-        ao_falloff: 0.0,
-        environment: DVec3::ZERO,
+        ..MarchSettings::TEXTBOOK
     };
     let tan_half = (number("shadow_aperture").to_radians() / 2.0).tan();
     let (origin, voxel_size) = (grid.origin.as_dvec3(), f64::from(grid.voxel_size));

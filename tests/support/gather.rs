@@ -351,6 +351,9 @@ pub fn by_oracle_with(
     let cones: Vec<SetCone> = set.cones.iter().map(cone).collect();
     let voxel_size = f64::from(grid.voxel_size);
     let reach = number(reach);
+    let is_occlusion = falloff == "occlusion_falloff";
+    let by_radius = is_occlusion && settings.is("occlusion_weight", "radius");
+    let falloff = number(falloff) * voxel_size;
     let march = MarchSettings {
         step_factor: number("step_factor"),
         opacity_exponent: number("opacity_exponent"),
@@ -360,8 +363,20 @@ pub fn by_oracle_with(
         } else {
             4.0 * f64::from(grid.resolution)
         },
-        ao_falloff: number(falloff) * voxel_size,
+        ao_falloff: if by_radius { 0.0 } else { falloff },
+        radius_falloff: if by_radius { falloff } else { 0.0 },
         environment: scene.environment.uniform().as_dvec3(),
+        early_stop: number("early_stop"),
+        first_hit: if is_occlusion {
+            1.0
+        } else {
+            number("first_hit")
+        },
+        near_strength: if is_occlusion {
+            number("occlusion_strength")
+        } else {
+            0.0
+        },
     };
     let pattern = Pattern::new(settings);
     let of = |(pixel, receiver): &([u32; 2], _)| {

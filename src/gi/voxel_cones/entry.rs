@@ -26,6 +26,7 @@ pub(super) static GATHER: Stage = Stage::picture(
         "voxel.gather_emitters",
         "voxel.gather_emitters_triangles",
         "cone.occlusion",
+        "cone.obscure",
     ],
 );
 

@@ -38,6 +38,8 @@ pub struct VoxelCones<S> {
     triangles: Option<SceneRays>,
     /// RGBA32F: indirect specular radiance; absent where nothing mirrors.
     specular: Option<Arc<Image>>,
+    /// R32F: least that a cone to a light sees of it; absent where gathered light stays as it is.
+    least_visibility: Option<Arc<Image>>,
 }
 
 /// What surfaces emit, where it does not come to the picture through the voxels.
@@ -129,7 +131,9 @@ impl<S: VoxelStore> VoxelCones<S> {
             has_cones: has_specular || matches!(emitters, Emitters::Patches(_)),
             emission: emitters.seen_by(),
         };
+        let least_visibility = parts.gatherer.cones.least_visibility(gpu, size)?;
         Ok(VoxelCones {
+            least_visibility,
             store: S::new(context, settings, &parts)?,
             gatherer: parts.gatherer,
             emitters,
@@ -232,7 +236,7 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
         }
     }
 
-    fn gather(&mut self, frame: &mut Frame, _given: &Inputs<'_>, receivers: &Receivers<'_>) {
+    fn gather(&mut self, frame: &mut Frame, given: &Inputs<'_>, receivers: &Receivers<'_>) {
         let Gatherer { cones, rays } = &self.gatherer;
         if let (Some(rays), Some(space)) = (rays, self.store.space()) {
             rays.gather(frame, receivers, &space, self.triangles.as_ref());
@@ -242,6 +246,9 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
                 cones.gather(frame, receivers, volume);
             }
             cones.occlusion(frame, receivers, volume);
+            if let Some(least) = &self.least_visibility {
+                cones.obscure(frame, given.scene, receivers, volume, least);
+            }
         }
     }
 
@@ -267,7 +274,8 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
             self.store.relight(frame, lights, relit);
         }
         let volume = self.store.volume()?;
-        (self.gatherer.cones).specular(frame, given.gbuffer, volume, specular);
+        let seen = (given.scene, given.gbuffer);
+        (self.gatherer.cones).specular(frame, seen, volume, specular);
         Some(Arc::clone(specular))
     }
 

@@ -90,7 +90,12 @@ pub(super) const RULES: &[Rule] = &[
     },
     Rule {
         group: Group::Light,
-        settings: &["shadow_aperture", "shadow_start", "shadow_step"],
+        settings: &[
+            "shadow_aperture",
+            "shadow_start",
+            "shadow_step",
+            "shadow_strength",
+        ],
         applies: |settings| settings.is("shadows", "cones"),
     },
     Rule {
@@ -129,6 +134,7 @@ pub(super) const RULES: &[Rule] = &[
             "opacity_exponent",
             "height_clamp",
             "start_offset",
+            "early_stop",
         ],
         applies: has_cones,
     },
@@ -139,8 +145,30 @@ pub(super) const RULES: &[Rule] = &[
     },
     Rule {
         group: Group::Gather,
-        settings: &["specular_aperture", "specular_start", "specular_step"],
+        settings: &[
+            "specular_aperture",
+            "specular_start",
+            "specular_step",
+            "specular_falloff",
+        ],
         applies: |settings| settings.is("specular", "on"),
+    },
+    Rule {
+        group: Group::Gather,
+        settings: &["specular_grace"],
+        applies: |settings| {
+            settings.is("specular", "on") && settings.number("specular_falloff") > 0.0
+        },
+    },
+    Rule {
+        group: Group::Gather,
+        settings: &["first_hit"],
+        applies: is_gathered_by_cones,
+    },
+    Rule {
+        group: Group::Gather,
+        settings: &["obscured_diffuse"],
+        applies: |settings| settings.is("shadows", "cones"),
     },
     Rule {
         group: Group::Gather,
@@ -176,8 +204,16 @@ pub(super) const RULES: &[Rule] = &[
             "occlusion_aperture",
             "occlusion_start",
             "occlusion_step",
+            "occlusion_strength",
         ],
         applies: has_occlusion_cones,
+    },
+    Rule {
+        group: Group::Screen,
+        settings: &["occlusion_weight"],
+        applies: |settings| {
+            has_occlusion_cones(settings) && settings.number("occlusion_falloff") > 0.0
+        },
     },
 ];
 

@@ -60,6 +60,15 @@ Step step_at(float t, Cone cone, float step_factor, float least) {
     return Step(t + 0.5 * stride, diameter, stride);
 }
 
+// Opacity of a step of β d whose sample, at a distance [voxels], has the opacity α > 0.
+float step_opacity(float alpha, float distance, MarchSettings m) {
+    if (alpha > m.first_hit) return 1.0;
+    float opacity = 1.0 - pow(max(1.0 - alpha, 0.0), m.opacity_exponent * m.step_factor);
+    if (m.near_strength > 0.0)
+        opacity *= smoothstep(0.0, 1.0, m.near_strength * sqrt(distance / m.max_distance));
+    return opacity;
+}
+
 // One cone, front to back. At distance t its diameter is d = 2 t tan(γ/2) and it samples mip log2(d
 // / voxel); a step of β d through texels of opacity α has opacity α' = 1 − (1 − α)^(g β). What is
 // not covered at the end sees the environment. `origin` [voxels], `height` its height over the
@@ -88,7 +97,7 @@ ConeResult march_cone(
 #endif
     vec3 radiance = vec3(0.0);
     float through = 1.0, occlusion = 0.0, t = 0.0, samples = 0.0;
-    while (t < end && through > 0.005) {
+    while (t < end && through > m.early_stop) {
         Step at = step_at(t, cone, m.step_factor, least_diameter(origin + t * direction));
         // Samples of empty space add nothing. They have a loop of their own, so that lanes wait for
         // each other and then sample matter together.
@@ -107,15 +116,14 @@ ConeResult march_cone(
         vec4 texel = sample_volume(
             origin + at.centre * direction, m.resolution, log2(at.diameter), direction);
 #ifdef RECORD_SAMPLES
-        float step_opacity = texel.a > 0.0
-            ? 1.0 - pow(max(1.0 - texel.a, 0.0), m.opacity_exponent * m.step_factor)
-            : 0.0;
-        record_sample(origin + at.centre * direction, at.centre, at.diameter, texel, step_opacity);
+        record_sample(origin + at.centre * direction, at.centre, at.diameter, texel,
+            texel.a > 0.0 ? step_opacity(texel.a, at.centre, m) : 0.0);
 #endif
         if (texel.a > 0.0) {
-            float opacity = 1.0 - pow(max(1.0 - texel.a, 0.0), m.opacity_exponent * m.step_factor);
+            float opacity = step_opacity(texel.a, at.centre, m);
             radiance += through * opacity / texel.a * texel.rgb;
-            occlusion += through * opacity / (1.0 + m.ao_falloff * at.centre * m.voxel_size_m);
+            float far = m.ao_falloff * at.centre + m.radius_falloff * 0.5 * at.diameter;
+            occlusion += through * opacity / (1.0 + far * m.voxel_size_m);
             through *= 1.0 - opacity;
         }
     }

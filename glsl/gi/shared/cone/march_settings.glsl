@@ -11,4 +11,9 @@ struct MarchSettings {
     float ao_falloff;        // λ of the ambient visibility's 1 / (1 + λ r) [1/m]
     // of the cones' origin along the geometric normal [texels read there]
     float start_offset;
+    float early_stop;        // a cone ends where less than this passes through
+    float first_hit;         // a sample of more opacity than this fills its cone; 1: none
+    // s of opacity's factor smoothstep(0, 1, s √(t/D)) at a distance t of the longest, D; 0: 1
+    float near_strength;
+    float radius_falloff;    // λ of the cone's radius in place of its distance [1/m]
 };

@@ -24,26 +24,7 @@ layout(push_constant) uniform ShadowConeParams {
 
 #define GLOSSY params.is_glossy
 #include "shared/direct.glsl"
-#include "gi/shared/cone/march.glsl"
-
-// Where the last sample of a cone may begin so that, with its half diameter of at least `least` /
-// 2, it stays in front of what is `distance` away [voxels].
-float shadow_end(float distance, float tan_half, float step_factor, float least) {
-    float wide = distance * max(1.0 - step_factor * tan_half, 0.25) / (1.0 + tan_half);
-    return min(wide, distance - 0.5 * least - 0.5 * step_factor * least);
-}
-
-// `origin` [voxels] is `height` above the plane of `normal`; `direction` is a unit vector.
-float cone_visibility(vec3 origin, vec3 normal, float height, vec3 direction, float distance,
-    float tan_half, MarchSettings m) {
-    // No way through the grid is longer than its diagonal.
-    float longest = 1.8 * m.resolution,
-          least = least_diameter(origin + min(distance, longest) * direction);
-    m.max_distance = min(shadow_end(distance, tan_half, m.step_factor, least), longest);
-    m.ao_falloff = 0.0;
-    return march_cone(origin, direction, tan_half, height, max(dot(direction, normal), 0.0), m)
-        .visibility;
-}
+#include "gi/shared/cone/light_cone.glsl"
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
@@ -61,18 +42,12 @@ void main() {
     vec3 radiance = params.first_light == 0u ? vec3(0.0) : imageLoad(direct, pixel).rgb;
     for (uint i = params.first_light; i < params.end_light; ++i) {
         vec3 to_light;
-        float cosine, distance = 1e9;
+        float cosine;
         vec3 reflected = reflected_light(lights[i], reflector, to_light, cosine);
         if (cosine <= 0.0) continue;
-        if (lights[i].position_kind.w != LIGHT_DIRECTIONAL) {
-            vec3 offset = (lights[i].position_kind.xyz - params.grid.xyz) / params.grid.w - origin;
-            distance = length(offset);
-            to_light = offset / max(distance, 1e-6);
-        }
-        radiance += reflected
-            * (cosine
-                * cone_visibility(
-                    origin, normal, start_offset, to_light, distance, params.tan_half, settings));
+        float visibility = light_visibility(
+            lights[i], origin, normal, start_offset, to_light, params.tan_half, settings);
+        radiance += reflected * (cosine * visibility);
     }
     imageStore(direct, pixel, vec4(radiance, 1.0));
 }

@@ -22,8 +22,12 @@ layout(push_constant) uniform SpecularParams {
     uint face_stride;      // of the volume: from a face of what it stores to the next
     uint pattern;          // of a tile of pixels, each of which mirrors about its own half vector
     float own_tan_half;    // of every cone; 0: by the lobe
+    float falloff;         // q; 0: light does not depend on where the lights are
+    float grace;           // p [rad]
+    uint light_count;
 } params;
 
+#include "shared/light_view.glsl"
 #include "shared/gbuffer.glsl"
 #include "shared/ggx.glsl"
 #include "shared/directions.glsl"
@@ -58,6 +62,19 @@ Mirrored mirror(ivec2 pixel, vec3 n, vec3 to_eye, vec3 f0, float roughness) {
     return Mirrored(around * wi, tan_half_of(alpha, 0.25 / float(count)), reflected);
 }
 
+// Σ (1 − max(0, γ − p)/π)^q over the lights, γ the angle between the cone and the way to each (Kahl
+// 2019, equations 5.4 to 5.6).
+float towards_lights(vec3 position_ws, vec3 direction) {
+    float sum = 0.0;
+    for (uint i = 0u; i < params.light_count; ++i) {
+        vec3 to_light;
+        light_irradiance(lights[i], position_ws, to_light);
+        float beyond = max(acos(clamp(dot(direction, to_light), -1.0, 1.0)) - params.grace, 0.0);
+        sum += pow(max(1.0 - beyond / PI, 0.0), params.falloff);
+    }
+    return sum;
+}
+
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(pixel, ivec2(frame.size_px.xy)))) return;
@@ -78,6 +95,8 @@ void main() {
         float cosine = max(dot(direction, surface.geometric_normal), 0.0);
         ConeResult cone =
             march_cone(origin, direction, mirrored.tan_half, start_offset, cosine, settings);
+        if (params.falloff > 0.0)
+            mirrored.reflected *= towards_lights(surface.position_ws, direction);
         result =
             COUNT_SAMPLES ? vec3(cone.samples, 0.0, 0.0) : mirrored.reflected * cone.radiance;
     }

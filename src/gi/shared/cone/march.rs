@@ -25,6 +25,14 @@ gpu_struct! {
         pub ao_falloff: f32,
         /// Start along the geometric normal (texels read there).
         pub start_offset: f32,
+        /// A cone ends where less than this passes through.
+        pub early_stop: f32,
+        /// A sample of more opacity than this fills its cone; 1: none.
+        pub first_hit: f32,
+        /// Of samples near the cone's apex, whose opacity fades: s; 0: of none.
+        pub near_strength: f32,
+        /// λ (1/m) of the cone's radius in place of its distance.
+        pub radius_falloff: f32,
     }
 }
 
@@ -41,6 +49,10 @@ pub struct ConeSettings {
     pub(super) start_offset: f32,
     pub(super) max_distance_m: f32,
     pub(super) ao_falloff: f32,
+    pub(super) radius_falloff: f32,
+    pub(super) early_stop: f32,
+    pub(super) first_hit: f32,
+    pub(super) near_strength: f32,
     pub(super) face_weights: FaceWeights,
 }
 
@@ -50,6 +62,8 @@ pub(super) struct ConeKind {
     /// Start along the geometric normal (texels read there).
     pub(super) start_offset: f32,
     pub(super) step_factor: f32,
+    /// s of [`MarchSettings::near_strength`].
+    near_strength: f32,
 }
 
 impl ConeKind {
@@ -57,6 +71,7 @@ impl ConeKind {
     pub(super) fn new(settings: &Settings, kind: &str) -> Self {
         let own = |name: &str| settings.number(&format!("{kind}_{name}"));
         let (start, step) = (own("start"), own("step"));
+        let near_strength = settings.find_number(&format!("{kind}_strength"));
         let start_offset = if start < 0.0 {
             settings.number("start_offset")
         } else {
@@ -70,21 +85,24 @@ impl ConeKind {
         ConeKind {
             start_offset,
             step_factor,
+            near_strength: near_strength.unwrap_or(0.0),
         }
     }
 }
 
 impl ConeSettings {
-    /// The same for cones of a kind.
+    /// The same for cones of a kind, of which none ends at its first hit.
     pub(super) fn of_kind(&self, kind: ConeKind) -> Self {
         ConeSettings {
             start_offset: kind.start_offset,
             step_factor: kind.step_factor,
+            near_strength: kind.near_strength,
+            first_hit: 1.0,
             ..*self
         }
     }
 
-    /// Through a volume, without the falloff of ambient visibility.
+    /// Through a volume, without the falloff of ambient visibility and to the end.
     pub(super) fn march(&self, volume: Volume<'_>) -> MarchSettings {
         MarchSettings {
             resolution: volume.grid.resolution as f32,
@@ -95,6 +113,10 @@ impl ConeSettings {
             voxel_size_m: volume.grid.voxel_size,
             ao_falloff: 0.0,
             start_offset: self.start_offset,
+            early_stop: self.early_stop,
+            first_hit: 1.0,
+            near_strength: self.near_strength,
+            radius_falloff: 0.0,
         }
     }
 

@@ -15,7 +15,7 @@ pub use march::{ConeSettings, MarchSettings};
 pub use patches::{EmissivePatches, EmitterMethod, GpuPatch, Patch, PatchParams, patches};
 pub use sets::{Cone, ConeSet, KahlRings, check, cone_set, diffuse_set, kahl_set};
 pub use settings::{SETTINGS, TEXTBOOK, diffuse_count, more_cones};
-pub use shadow::{SOFT_SHADOWS, ShadowConeParams};
+pub use shadow::{ObscureParams, SOFT_SHADOWS, ShadowConeParams};
 pub use trace::TraceParams;
 pub use tracer::{BounceConeParams, ConeParams, ConeTracer, SpecularParams};
 pub use view::{ViewVoxelsParams, VoxelVolume};

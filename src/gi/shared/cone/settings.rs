@@ -103,6 +103,21 @@ pub static SETTINGS: &[Setting] = &[
         default: "1.5",
     },
     Setting {
+        name: "early_stop",
+        help: "a cone ends where less than this share of what is behind is seen",
+        unit: "",
+        domain: Domain::Number { min: 0.0, max: 0.5 },
+        default: "0.005",
+    },
+    Setting {
+        name: "first_hit",
+        help: "a look, not physical: a diffuse cone ends at the first sample of more opacity than \
+               this, as if it filled the cone (Kahl 2019: 0.01); 1: off",
+        unit: "",
+        domain: Domain::Number { min: 0.0, max: 1.0 },
+        default: "1",
+    },
+    Setting {
         name: "max_distance",
         help: "longest reach of a cone; 0: to the end of the grid",
         unit: "m",
@@ -136,6 +151,23 @@ pub static SETTINGS: &[Setting] = &[
         help: "λ of occlusion_cones in the weight 1 / (1 + λ r)",
         unit: "1/m",
         domain: Domain::Number { min: 0.0, max: 1e4 },
+        default: "0",
+    },
+    Setting {
+        name: "occlusion_weight",
+        help: "r of occlusion_falloff: the distance of a sample, or the radius of the cone there",
+        unit: "",
+        domain: Domain::Choice(&["distance", "radius"]),
+        default: "distance",
+    },
+    Setting {
+        name: "occlusion_strength",
+        help: "as shadow_strength, of occlusion_cones",
+        unit: "",
+        domain: Domain::Number {
+            min: 0.0,
+            max: 100.0,
+        },
         default: "0",
     },
     Setting {
@@ -202,6 +234,25 @@ pub static SETTINGS: &[Setting] = &[
         default: "0",
     },
     Setting {
+        name: "shadow_strength",
+        help: "a look, not physical: s, by which opacity at a distance t of the longest, D, counts \
+               smoothstep(0, 1, s √(t/D)) in cones to lights (Kahl 2019); 0: off",
+        unit: "",
+        domain: Domain::Number {
+            min: 0.0,
+            max: 100.0,
+        },
+        default: "0",
+    },
+    Setting {
+        name: "obscured_diffuse",
+        help: "a look, not physical: gathered light is multiplied by the least that the cones to \
+               lights see of one (Kahl 2019, equation 5.9)",
+        unit: "",
+        domain: Domain::Choice(&["on", "off"]),
+        default: "off",
+    },
+    Setting {
         name: "emitters",
         help: "how surfaces that emit light what is seen: gather (it meets them in the voxels), \
                patches (each seen by a cone), points (rays to points of them, with gather = \
@@ -250,6 +301,28 @@ pub static SETTINGS: &[Setting] = &[
         help: "step_factor of the specular cone; 0: as of the others",
         unit: "diameters",
         domain: Domain::Number { min: 0.0, max: 2.0 },
+        default: "0",
+    },
+    Setting {
+        name: "specular_falloff",
+        help: "a look, not physical: q, by which the specular cone's light is multiplied by Σ (1 − \
+               max(0, γ − p)/π)^q over the lights, γ the angle to each (Kahl 2019, equation 5.6); \
+               0: off",
+        unit: "",
+        domain: Domain::Number {
+            min: 0.0,
+            max: 100.0,
+        },
+        default: "0",
+    },
+    Setting {
+        name: "specular_grace",
+        help: "p of specular_falloff",
+        unit: "degrees",
+        domain: Domain::Number {
+            min: 0.0,
+            max: 180.0,
+        },
         default: "0",
     },
 ];

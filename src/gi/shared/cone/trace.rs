@@ -73,6 +73,7 @@ impl ConeTracer {
             direction: direction.extend(0.0).to_array(),
             march: MarchSettings {
                 ao_falloff: if is_mirror { 0.0 } else { s.ao_falloff },
+                first_hit: s.first_hit,
                 ..s.march(volume)
             },
             capacity,

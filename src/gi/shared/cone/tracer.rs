@@ -49,6 +49,12 @@ gpu_struct! {
         pub pattern: u32,
         /// tan(γ/2) of every cone; 0: by the lobe.
         pub own_tan_half: f32,
+        /// q of Kahl 2019, equation 5.6; 0: off.
+        pub falloff: f32,
+        /// p of the same equation (rad).
+        pub grace: f32,
+        /// Lights that it is a sum over.
+        pub light_count: u32,
     }
 }
 
@@ -134,6 +140,16 @@ impl DeviceSet {
     }
 }
 
+/// Cones of the ambient visibility alone.
+struct OcclusionCones {
+    set: DeviceSet,
+    kind: ConeKind,
+    /// Longest reach (m); 0: to the end of the grid.
+    reach_m: f32,
+    /// λ of a sample's distance, and of the cone's radius there (1/m).
+    falloffs: [f32; 2],
+}
+
 /// Cone sets on the device, and how they are traced.
 pub struct ConeTracer {
     pub(super) settings: ConeSettings,
@@ -141,16 +157,18 @@ pub struct ConeTracer {
     pub(super) set: DeviceSet,
     /// Of a voxel, where voxels gather.
     bounce_set: Option<DeviceSet>,
-    /// Of a pixel's ambient visibility, where it has cones of its own; their longest reach (m), 0
-    /// for the end of the grid, and λ (1/m).
-    occlusion: Option<(DeviceSet, f32, f32)>,
+    /// Of a pixel's ambient visibility, where it has cones of its own.
+    occlusion: Option<OcclusionCones>,
     /// tan(γ/2) of the cone to a light; absent where shadow maps say what hides it.
     pub(super) shadow_tan_half: Option<f32>,
     /// tan(γ/2) of the specular cone; 0: by the lobe.
     pub(super) specular_tan_half: f32,
     pub(super) specular_kind: ConeKind,
     pub(super) shadow_kind: ConeKind,
-    occlusion_kind: ConeKind,
+    /// q and p (rad) of Kahl 2019, equation 5.6.
+    specular_falloff: [f32; 2],
+    /// Whether gathered light is multiplied by what the cones to lights see (equation 5.9).
+    pub(super) obscures_diffuse: bool,
     /// Whether diffuse cones skip samples of a dense volume's empty space. The picture is the
     /// same, bit by bit.
     pub skips_empty: bool,
@@ -212,7 +230,17 @@ impl ConeTracer {
                     let cones = set.cones.iter_mut();
                     cones.for_each(|cone| cone.tan_half_aperture = tan_half(aperture));
                 }
-                Some(DeviceSet::new(gpu, "cone.occlusion_set", &set)?)
+                let falloff = settings.number("occlusion_falloff");
+                Some(OcclusionCones {
+                    set: DeviceSet::new(gpu, "cone.occlusion_set", &set)?,
+                    kind: occlusion_kind,
+                    reach_m: settings.number("occlusion_distance"),
+                    falloffs: if settings.is("occlusion_weight", "radius") {
+                        [0.0, falloff]
+                    } else {
+                        [falloff, 0.0]
+                    },
+                })
             }
         };
         let bounce_set = cone_set(settings.count("bounce_directions"), true, aperture_scale);
@@ -226,6 +254,10 @@ impl ConeTracer {
                 start_offset: settings.number("start_offset"),
                 max_distance_m: settings.number("max_distance"),
                 ao_falloff: settings.number("ao_falloff"),
+                radius_falloff: 0.0,
+                early_stop: settings.number("early_stop"),
+                first_hit: settings.number("first_hit"),
+                near_strength: 0.0,
                 face_weights: if settings.find_choice("face_weights") == Some("squared") {
                     FaceWeights::Squared
                 } else {
@@ -236,20 +268,18 @@ impl ConeTracer {
                 .any()
                 .then(|| DeviceSet::new(gpu, "cone.bounce_set", &bounce_set))
                 .transpose()?,
-            occlusion: occlusion.map(|set| {
-                (
-                    set,
-                    settings.number("occlusion_distance"),
-                    settings.number("occlusion_falloff"),
-                )
-            }),
+            occlusion,
             shadow_tan_half: settings
                 .is("shadows", "cones")
                 .then(|| tan_half(settings.number("shadow_aperture"))),
             specular_tan_half: tan_half(settings.number("specular_aperture")),
             specular_kind,
             shadow_kind,
-            occlusion_kind,
+            specular_falloff: [
+                settings.number("specular_falloff"),
+                settings.number("specular_grace").to_radians(),
+            ],
+            obscures_diffuse: settings.is("obscured_diffuse", "on"),
             skips_empty: set.is_narrow,
             set,
         })
@@ -273,7 +303,7 @@ impl ConeTracer {
             || self
                 .occlusion
                 .as_ref()
-                .is_some_and(|(set, ..)| set.is_narrow)
+                .is_some_and(|cones| cones.set.is_narrow)
     }
 
     /// Adds the diffuse gather.
@@ -284,13 +314,20 @@ impl ConeTracer {
     /// Adds the ambient visibility by cones of its own to what was gathered; nothing where the
     /// settings have none.
     pub fn occlusion(&self, frame: &mut Frame, receivers: &Receivers<'_>, volume: Volume<'_>) {
-        let Some((set, reach_m, falloff)) = &self.occlusion else {
+        let Some(OcclusionCones {
+            set,
+            kind,
+            reach_m,
+            falloffs: [ao_falloff, radius_falloff],
+        }) = &self.occlusion
+        else {
             return;
         };
         let settings = ConeSettings {
             max_distance_m: *reach_m,
-            ao_falloff: *falloff,
-            ..self.settings.of_kind(self.occlusion_kind)
+            ao_falloff: *ao_falloff,
+            radius_falloff: *radius_falloff,
+            ..self.settings.of_kind(*kind)
         };
         let march = March::new(set.is_narrow, ConeOutput::Light, settings.face_weights);
         for params in gather_params(frame.loops(), &settings, set, volume) {
@@ -367,17 +404,17 @@ impl ConeTracer {
     pub fn specular(
         &self,
         frame: &mut Frame,
-        gbuffer: &GBuffer,
+        (scene, gbuffer): (&GpuScene, &GBuffer),
         volume: Volume<'_>,
         result: &Arc<Image>,
     ) {
-        self.add_specular(frame, gbuffer, volume, result, ConeOutput::Light);
+        self.add_specular(frame, (scene, gbuffer), volume, result, ConeOutput::Light);
     }
 
     fn add_specular(
         &self,
         frame: &mut Frame,
-        gbuffer: &GBuffer,
+        (scene, gbuffer): (&GpuScene, &GBuffer),
         volume: Volume<'_>,
         result: &Arc<Image>,
         output: ConeOutput,
@@ -386,12 +423,16 @@ impl ConeTracer {
             return;
         };
         let s = self.settings.of_kind(self.specular_kind);
+        let [falloff, grace] = self.specular_falloff;
         let params = SpecularParams {
             grid: volume.grid.row(),
             march: s.march(volume),
             face_stride: volume.face_stride,
             pattern: s.specular_pattern.bits(),
             own_tan_half: self.specular_tan_half,
+            falloff,
+            grace,
+            light_count: scene.lights.len() as u32,
         };
         let march = March::new(true, output, s.face_weights);
         volume
@@ -429,7 +470,13 @@ impl ConeTracer {
                 let receivers = gbuffer.receivers(scene, &result);
                 self.add_gather(&mut frame, &receivers, volume, ConeOutput::Samples);
             } else {
-                self.add_specular(&mut frame, gbuffer, volume, &result, ConeOutput::Samples);
+                self.add_specular(
+                    &mut frame,
+                    (scene, gbuffer),
+                    volume,
+                    &result,
+                    ConeOutput::Samples,
+                );
             }
             gpu.submit(frame)?;
             let texels: Vec<[f32; 4]> =
@@ -468,6 +515,8 @@ fn gather_params(
         grid: volume.grid.row(),
         march: MarchSettings {
             ao_falloff: s.ao_falloff,
+            radius_falloff: s.radius_falloff,
+            first_hit: s.first_hit,
             ..s.march(volume)
         },
         first_cone,

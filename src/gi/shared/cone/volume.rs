@@ -19,6 +19,9 @@ pub struct VolumePasses {
     /// L = Σ (ρ/π + f_s) E (n·ω) V over the lights. Reads the G-buffer, writes RGBA32F as
     /// `render.direct` does; a thread a pixel.
     pub shadow: Pass,
+    /// E ·= the least V of a light. Reads the G-buffer, reads and writes R32F and RGBA32F; a thread
+    /// a pixel.
+    pub obscure: Pass,
     /// E += Σ L A cos θ cos θ' V / (d² + r²) over patches of surface that emit. Reads the G-buffer,
     /// reads and writes RGBA32F; a thread a pixel.
     pub patches: Pass,
@@ -34,12 +37,13 @@ pub struct VolumePasses {
 
 impl VolumePasses {
     /// All of them.
-    pub const fn all(&'static self) -> [&'static Pass; 8] {
+    pub const fn all(&'static self) -> [&'static Pass; 9] {
         [
             &self.gather,
             &self.occlusion,
             &self.specular,
             &self.shadow,
+            &self.obscure,
             &self.patches,
             &self.bounce,
             &self.view,
@@ -59,6 +63,7 @@ macro_rules! volume_passes {
             specular: "cone.specular", "specular", tracer::SpecularParams, "COUNT_SAMPLES",
                 tracer::SPECULAR;
             shadow: "cone.shadow", "shadow", shadow::ShadowConeParams, "", shadow::BINDINGS;
+            obscure: "cone.obscure", "obscure", shadow::ObscureParams, "", shadow::OBSCURE;
             patches: "cone.patches", "patches", patches::PatchParams, "", patches::BINDINGS;
             bounce: "voxel.bounce", "bounce", tracer::BounceConeParams, "", tracer::BOUNCE;
             view: "cone.view", "view", view::ViewVoxelsParams, "SHOWN", view::BINDINGS;

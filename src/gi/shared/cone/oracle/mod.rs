@@ -40,6 +40,46 @@ pub struct MarchSettings {
     pub ao_falloff: f64,
     /// Constant radiance of the environment [W/(m² sr)].
     pub environment: DVec3,
+    /// A cone ends where less than this passes through.
+    pub early_stop: f64,
+    /// A sample of more opacity than this fills its cone; 1: none.
+    pub first_hit: f64,
+    /// s, by which opacity at a distance t of the longest, D, counts smoothstep(0, 1, s √(t/D)); 0:
+    /// wholly.
+    pub near_strength: f64,
+    /// λ as in `ao_falloff`, of the cone's radius [1/voxel].
+    pub radius_falloff: f64,
+}
+
+impl MarchSettings {
+    /// As the papers have it: unclamped, to the end of the grid, in the dark.
+    pub const TEXTBOOK: MarchSettings = MarchSettings {
+        step_factor: 0.5,
+        opacity_exponent: 1.0,
+        height_clamp: 0.0,
+        max_distance: f64::INFINITY,
+        ao_falloff: 0.0,
+        environment: DVec3::ZERO,
+        early_stop: 0.005,
+        first_hit: 1.0,
+        near_strength: 0.0,
+        radius_falloff: 0.0,
+    };
+
+    /// Opacity of a step whose sample has the opacity α > 0 at a distance.
+    fn step_opacity(&self, alpha: f64, distance: f64) -> f64 {
+        if alpha > self.first_hit {
+            return 1.0;
+        }
+        let through = (1.0 - alpha)
+            .max(0.0)
+            .powf(self.opacity_exponent * self.step_factor);
+        if self.near_strength == 0.0 {
+            return 1.0 - through;
+        }
+        let x = (self.near_strength * (distance / self.max_distance).sqrt()).clamp(0.0, 1.0);
+        (1.0 - through) * x * x * (3.0 - 2.0 * x)
+    }
 }
 
 /// One cone. It starts inside the grid.
@@ -67,9 +107,6 @@ pub struct ConeResult {
     /// Number of samples that the march took.
     pub step_count: u32,
 }
-
-/// A cone ends where less than this passes through.
-const LEAST_TRANSMITTANCE: f64 = 0.005;
 
 /// β tan(γ/2) counts as at most 1 less this, so that steps stay finite however wide the cone is.
 const LEAST_STEP_DENOMINATOR: f64 = 0.25;
@@ -100,7 +137,7 @@ pub fn march_to(
         step_count: 0,
     };
     let (mut distance, mut through) = (0.0, 1.0);
-    while distance < end && through > LEAST_TRANSMITTANCE {
+    while distance < end && through > settings.early_stop {
         let least = levels.least_diameter(cone.origin + distance * cone.direction);
         let diameter = sample_diameter(cone, distance, settings, plane, least);
         let step = settings.step_factor * diameter;
@@ -111,12 +148,10 @@ pub fn march_to(
             cone.direction,
         );
         if texel.w > 0.0 {
-            let opacity = 1.0
-                - (1.0 - texel.w)
-                    .max(0.0)
-                    .powf(settings.opacity_exponent * settings.step_factor);
+            let opacity = settings.step_opacity(texel.w, centre);
+            let far = settings.ao_falloff * centre + settings.radius_falloff * diameter / 2.0;
             result.radiance += through * opacity * texel.truncate() / texel.w;
-            result.visibility -= through * opacity / (1.0 + settings.ao_falloff * centre);
+            result.visibility -= through * opacity / (1.0 + far);
             through *= 1.0 - opacity;
         }
         distance += step;
@@ -307,7 +342,8 @@ pub fn light_visibility<'l>(
     let least = levels.least_diameter(origin + distance.min(2.0 * levels.resolution()) * direction);
     let narrow_end = distance - least / 2.0 - beta * least / 2.0;
     let settings = MarchSettings {
-        max_distance: wide_end.min(narrow_end),
+        // The grid's diagonal is √3 of its edge.
+        max_distance: wide_end.min(narrow_end).min(1.8 * levels.resolution()),
         ao_falloff: 0.0,
         ..*settings
     };

@@ -114,11 +114,8 @@ mod tests {
 
     const MARCH: MarchSettings = MarchSettings {
         step_factor: 1.0,
-        opacity_exponent: 1.0,
-        height_clamp: 0.0,
         max_distance: 1e9,
-        ao_falloff: 0.0,
-        environment: DVec3::ZERO,
+        ..MarchSettings::TEXTBOOK
     };
 
     fn receiver() -> Receiver {

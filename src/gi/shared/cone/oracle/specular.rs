@@ -313,10 +313,9 @@ mod tests {
         let settings = MarchSettings {
             step_factor: 0.25,
             opacity_exponent: 8.0,
-            height_clamp: 0.0,
             max_distance: 1e9,
-            ao_falloff: 0.0,
             environment: DVec3::new(0.0, 0.0, 1.0),
+            ..MarchSettings::TEXTBOOK
         };
         let seen = |normal: DVec3, to_eye: DVec3| {
             let receiver = Receiver {

@@ -5,11 +5,9 @@ use super::*;
 const ENVIRONMENT: DVec3 = DVec3::new(1.0, 2.0, 3.0);
 const TEXTBOOK: MarchSettings = MarchSettings {
     step_factor: 1.0,
-    opacity_exponent: 1.0,
-    height_clamp: 0.0,
     max_distance: 1e9,
-    ao_falloff: 0.0,
     environment: ENVIRONMENT,
+    ..MarchSettings::TEXTBOOK
 };
 
 /// Levels of 8, 4, 2 and 1 texels, each of one value.
