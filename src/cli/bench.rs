@@ -26,6 +26,7 @@ use super::common::{
     DeviceArgs, LoadArgs, TimingArgs, bad_setting, check_max_error, parse_channel, parse_seconds,
     parse_size, progress_bar, reference, say, warn_of_idle_in,
 };
+use super::compared::ComparedArgs;
 use super::files::check_results_folder;
 use super::frame::FrameArgs;
 use super::stop;
@@ -121,6 +122,8 @@ pub(crate) struct Args {
         value_parser = parse_channel,
     )]
     channel: Channel,
+    #[command(flatten)]
+    compared: ComparedArgs,
     /// Measure nothing: gather the records of these folders, those of equal file names together,
     /// and draw their tables and charts.
     #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with = "scene")]
@@ -215,6 +218,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
         throughput: args.throughput,
         samples: true,
         channel: args.channel,
+        visibility: args.compared.visibility()?,
     };
     make_folder(&args.output)?;
     scenes
@@ -358,8 +362,14 @@ fn truth(args: &Args, scene: &Scene, bounces: Bounces) -> Result<Truth, CliError
     if args.no_reference {
         return Ok(Truth {
             guide: guide(scene, width, height).map_err(CliError::input)?,
-            indirect: None,
+            image: None,
         });
     }
-    reference(scene, args.size.into(), bounces, args.max_error)
+    let visibility = args.compared.visibility()?;
+    reference(
+        scene,
+        args.size.into(),
+        bounces,
+        (args.max_error, visibility),
+    )
 }

@@ -13,7 +13,7 @@ use crate::measure::bench::{Case, Truth, choose_timing};
 use crate::measure::chart::quoted;
 use crate::measure::report::Timing;
 use crate::metrics::Channel;
-use crate::reference::{Bounces, MAX_SIZE_PX, cache_dir, cached};
+use crate::reference::{Bounces, MAX_SIZE_PX, Occlusion, cache_dir, cached};
 use crate::scene::{LoadOptions, Scene, Up};
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -336,21 +336,22 @@ fn parse_timing(text: &str) -> Result<Timing, String> {
     }
 }
 
-/// The reference's indirect light, from the cache where it is there.
+/// What is compared of the reference, to a standard error: the indirect light, or the ambient
+/// visibility of a definition. It is from the cache where it is there.
 pub(super) fn reference(
     scene: &Scene,
     size: [u32; 2],
     bounces: Bounces,
-    max_error: f64,
+    (max_error, visibility): (f64, Option<Occlusion>),
 ) -> Result<Truth, CliError> {
     let image = cached(
         scene,
-        &Truth::settings(size, bounces, max_error),
+        &Truth::settings(size, bounces, max_error, visibility),
         &cache_dir(),
         &|_| {},
     )
     .map_err(CliError::input)?;
-    Ok(Truth::of(image, bounces))
+    Ok(Truth::of(image, bounces, visibility))
 }
 
 /// An error unless the reference's noise can be brought below this.

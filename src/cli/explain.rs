@@ -72,7 +72,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
     let references = if bounces == Bounces::Full { 1 } else { 2 };
     let bar = progress_bar(quiet, references);
     bar.set_message("reference");
-    let truth = reference(&scene, args.size.into(), bounces, args.max_error)?;
+    let truth = reference(&scene, args.size.into(), bounces, (args.max_error, None))?;
     bar.inc(1);
     // What is left out is large, and paths without end are dear.
     let all = (bounces != Bounces::Full)
@@ -81,11 +81,11 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<(), CliError> {
                 &scene,
                 args.size.into(),
                 Bounces::Full,
-                4.0 * args.max_error,
+                (4.0 * args.max_error, None),
             )
         })
         .transpose()?;
-    let all = all.and_then(|all| all.indirect).map(|(image, _)| image);
+    let all = all.and_then(|all| all.image).map(|(image, _)| image);
     let gpu = Gpu::new(&GpuOptions {
         isolate_passes,
         ..options

@@ -7,6 +7,7 @@ use crate::metrics::Channel;
 
 use super::CliError;
 use super::common::{DeviceArgs, TimingArgs, parse_channel, parse_size};
+use super::compared::ComparedArgs;
 use super::frame::FrameArgs;
 
 /// How points of a grid are measured.
@@ -42,6 +43,8 @@ pub(super) struct MeasureArgs {
     )]
     channel: Channel,
     #[command(flatten)]
+    compared: ComparedArgs,
+    #[command(flatten)]
     frame: FrameArgs,
     #[command(flatten)]
     device: DeviceArgs,
@@ -67,6 +70,7 @@ impl MeasureArgs {
             throughput: None,
             samples: false,
             channel: self.channel,
+            visibility: self.compared.visibility()?,
         })
     }
 }

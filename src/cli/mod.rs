@@ -9,6 +9,7 @@ mod chart;
 mod common;
 mod compare;
 mod compare_frames;
+mod compared;
 mod devices;
 mod explain;
 mod files;

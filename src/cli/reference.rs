@@ -12,6 +12,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::CliError;
 use super::common::{SceneArgs, say};
+use super::compared::OcclusionArgs;
 use super::files::Files;
 use super::picture::PictureArgs;
 use super::sequence::SequenceArgs;
@@ -63,6 +64,8 @@ pub(crate) struct Args {
     /// Render even where the cache has the result, and keep nothing.
     #[arg(long)]
     no_cache: bool,
+    #[command(flatten)]
+    occlusion: OcclusionArgs,
     #[command(flatten)]
     scene: SceneArgs,
     #[command(flatten)]
@@ -134,7 +137,7 @@ type FrameReport = serde_json::Map<String, serde_json::Value>;
 
 /// Renders a frame or finds it in the cache, and writes it.
 fn draw(args: &Args, scene: &Scene, frame: u32, quiet: bool) -> Result<FrameReport, CliError> {
-    let (picture, settings) = (&args.picture, settings(args));
+    let (picture, settings) = (&args.picture, settings(args)?);
     let start = Instant::now();
     let bar = progress_bar(quiet);
     let progress = |share: f32| bar.set_position((share * 1000.0) as u64);
@@ -210,7 +213,7 @@ fn no_such_aov(aov: Aov) -> CliError {
     ))
 }
 
-fn settings(args: &Args) -> Settings {
+fn settings(args: &Args) -> Result<Settings, CliError> {
     let (width, height) = args.picture.size;
     let sampling = match args.spp {
         Some(spp) => Sampling::Fixed { spp },
@@ -219,14 +222,15 @@ fn settings(args: &Args) -> Settings {
             max_spp: args.max_spp,
         },
     };
-    Settings {
+    Ok(Settings {
         width,
         height,
         bounces: args.bounces,
         filter: args.filter,
         sampling,
         seed: args.seed,
-    }
+        occlusion: args.occlusion.definition()?,
+    })
 }
 
 fn patch_settings(args: &Args) -> RadiositySettings {

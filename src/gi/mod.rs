@@ -8,6 +8,7 @@
 //! gathers, and what pixels share of it.
 
 pub mod entry;
+pub mod gtao;
 pub mod inspect;
 pub mod lpv;
 pub mod none;

@@ -3,6 +3,7 @@
 use std::sync::{PoisonError, RwLock};
 
 use super::entry::{Entry, Stage};
+use super::gtao;
 use super::lpv;
 use super::none;
 use super::probes;
@@ -27,6 +28,7 @@ pub static TECHNIQUES: &[&Entry] = &[
     &probes::light_field::ENTRY,
     &probes::cascades::ENTRY,
     &prt::ENTRY,
+    &gtao::ENTRY,
 ];
 
 /// The technique that commands take where none is named.

@@ -13,7 +13,7 @@ use crate::graph::{
 };
 use crate::image::{Aov, GuideImage, Image};
 use crate::metrics::Channel;
-use crate::reference::{self, Bounces, Filter, ReferenceImage, Sampling};
+use crate::reference::{self, Bounces, Filter, Occlusion, ReferenceImage, Sampling};
 use crate::render::GpuScene;
 use crate::scene::{Camera, Scene};
 use crate::vulkan::DeviceKind;
@@ -140,15 +140,26 @@ pub struct BenchSettings {
     pub samples: bool,
     /// Whether luminances are compared, or red, green and blue each.
     pub channel: Channel,
+    /// The ambient visibility of this definition is compared; `None`: the indirect light is.
+    pub visibility: Option<Occlusion>,
 }
 
-/// What a scene looks like, and what its indirect light ought to be.
+/// What is compared: the indirect light, or the ambient visibility.
+pub fn compared(visibility: Option<Occlusion>) -> Aov {
+    if visibility.is_some() {
+        Aov::Visibility
+    } else {
+        Aov::Indirect
+    }
+}
+
+/// What a scene looks like, and what is compared of it ought to be.
 #[derive(Clone, Debug)]
 pub struct Truth {
     /// What each pixel sees.
     pub guide: GuideImage,
-    /// The indirect radiance, and where it is from; `None` where no error is wanted.
-    pub indirect: Option<(Image, ReferenceInfo)>,
+    /// What [`compared`] says, and where it is from; `None` where no error is wanted.
+    pub image: Option<(Image, ReferenceInfo)>,
 }
 
 /// Samples per pixel at which a reference is done in any case.
@@ -161,6 +172,7 @@ impl Truth {
         [width, height]: [u32; 2],
         bounces: Bounces,
         max_error: f64,
+        visibility: Option<Occlusion>,
     ) -> reference::Settings {
         let sampling = Sampling::Adaptive {
             max_error: max_error as f32,
@@ -173,18 +185,23 @@ impl Truth {
             filter: Filter::Center,
             sampling,
             seed: 0,
+            occlusion: visibility.unwrap_or_default(),
         }
     }
 
     /// What a reference shows.
-    pub fn of(image: ReferenceImage, bounces: Bounces) -> Self {
+    pub fn of(image: ReferenceImage, bounces: Bounces, visibility: Option<Occlusion>) -> Self {
+        let noise = match visibility {
+            Some(_) => image.visibility_error(),
+            None => image.indirect_error(),
+        };
         let info = ReferenceInfo {
             bounces,
             samples_per_pixel: image.mean_samples(),
-            pixel_noise: f64::from(image.indirect_error().pixel),
+            pixel_noise: f64::from(noise.pixel),
         };
         Truth {
-            indirect: Some((image.indirect(), info)),
+            image: image.aov(compared(visibility)).map(|image| (image, info)),
             guide: image.guide,
         }
     }
@@ -195,8 +212,8 @@ impl Truth {
 pub struct Pictures {
     /// Outgoing radiance [W/(m² sr)].
     pub full: Image,
-    /// Indirect radiance [W/(m² sr)].
-    pub indirect: Image,
+    /// What is compared.
+    pub compared: Image,
 }
 
 /// How a device is best timed: by its timestamps, unless it runs on the CPU. Lavapipe's do not
@@ -265,10 +282,10 @@ pub fn measure_on(
         }
     };
     let mut report = run.report(gpu, scene, case, settings, truth);
-    if let Some((reference, info)) = &truth.indirect {
+    if let Some((reference, info)) = &truth.image {
         match ErrorReport::of(
-            Aov::Indirect,
-            [&run.pictures.indirect, reference],
+            compared(settings.visibility),
+            [&run.pictures.compared, reference],
             scene,
             &truth.guide,
             settings.channel,
@@ -355,7 +372,7 @@ fn run<'g>(
     // However many frames are measured: with history they are not the same.
     let pictures = Pictures {
         full: renderer.aov(Aov::Full)?,
-        indirect: renderer.aov(Aov::Indirect)?,
+        compared: renderer.aov(compared(settings.visibility))?,
     };
     if gpu.info().kind != DeviceKind::Cpu {
         raise_clocks(&mut renderer, scene)?;
@@ -441,6 +458,9 @@ fn raise_clocks(renderer: &mut Renderer<'_>, scene: &Scene) -> Result<(), Error>
     Ok(())
 }
 
+/// How long before and after a time models are moved away from where they are then (s).
+const NUDGE_S: f32 = 1e-3;
+
 /// Puts the scene's models where they are at each time, several times; the first may have to make
 /// buffers larger and is not counted.
 fn motion(
@@ -452,16 +472,27 @@ fn motion(
     let mut moved = scene.clone();
     let mut rows = Vec::new();
     for &time_s in &settings.times {
-        moved.set_time(time_s);
-        let mut pose = || {
+        let mut pose = |time_s: f32| {
+            moved.set_time(time_s);
             let mut stats = renderer.set_pose(&moved)?;
             // What would go with the next frame.
             stats.append(gpu.submit_waiting()?);
             Ok(stats)
         };
-        pose()?;
+        // Models that stand cost nothing: they come from a little before, or after where they
+        // begin to move then.
+        let mut come = || -> Result<FrameStats, Error> {
+            pose(time_s - NUDGE_S)?;
+            let stats = pose(time_s)?;
+            if !stats.passes.is_empty() {
+                return Ok(stats);
+            }
+            pose(time_s + NUDGE_S)?;
+            pose(time_s)
+        };
+        come()?;
         let runs = (0..settings.rebuilds)
-            .map(|_| pose())
+            .map(|_| come())
             .collect::<Result<Vec<FrameStats>, _>>()?;
         let Some(gpu_ms) = Spread::of(&runs.iter().map(FrameStats::total_ms).collect::<Vec<f64>>())
         else {

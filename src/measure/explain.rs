@@ -194,7 +194,7 @@ pub fn explain(
         truth,
     } = *subject;
     let (reference, info) = truth
-        .indirect
+        .image
         .as_ref()
         .ok_or(MetricError::Empty("an error budget needs the reference"))?;
     let mut table = Table {

@@ -25,15 +25,22 @@ pub fn error_chart(reports: &[Report]) -> Option<Chart> {
                 "the reference's noise".to_owned(),
             )
         });
+    let aov = reports
+        .iter()
+        .find_map(|report| Some(&report.error.as_ref()?.aov));
+    let what = match aov {
+        Some(aov) if aov == "visibility" => "ambient visibility",
+        _ => "indirect light",
+    };
     let panels = vec![
         LinePanel {
-            y_label: "rel_rmse of indirect light".into(),
+            y_label: format!("rel_rmse of {what}"),
             y_scale: Scale::Log,
             series: series(reports, |report| Some(block(report)?.rel_rmse)),
             floor: noise,
         },
         LinePanel {
-            y_label: "bias of indirect light".into(),
+            y_label: format!("bias of {what}"),
             y_scale: Scale::Linear,
             series: series(reports, |report| Some(block(report)?.bias)),
             floor: Some((0.0, "no bias".into())),

@@ -76,7 +76,7 @@ pub const LEGEND: &str = "medians in ms; count: to find out sizes, before the fi
                           build: the store, once for static geometry; update: its light, every \
                           frame; still: a frame in which nothing but the camera moves; µs/dir: \
                           gather per pixel with a surface and direction; µs/sample: gather per \
-                          sample of a beam; bias and rel_rmse: of indirect light, over blocks";
+                          sample of a beam; bias and rel_rmse: of what is compared, over blocks";
 
 /// One row of the table.
 pub fn row(report: &Report) -> String {

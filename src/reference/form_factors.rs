@@ -13,7 +13,7 @@ use super::path::{Beyond, Terms};
 use super::render::PixelCamera;
 use super::sampler::Sampler;
 use super::world::{Surface, World};
-use super::{Bounces, Settings};
+use super::{Bounces, Occlusion, Settings};
 use crate::image::luminance;
 use crate::scene::Scene;
 use crate::scene::rays::{Hit, corners};
@@ -187,6 +187,7 @@ pub(super) fn sample(
                     met.set(Some(Seen::of(world.scene, next)));
                     Vec3::ZERO
                 }),
+                occlusion: Occlusion::default(),
             };
             let Terms {
                 direct, irradiance, ..

@@ -18,6 +18,7 @@
 //!     filter: Filter::Center,
 //!     sampling: Sampling::Fixed { spp: 4 },
 //!     seed: 1,
+//!     ..Settings::default()
 //! };
 //! let image = render(&Scene::default(), &settings, &|_| {})?;
 //! assert_eq!(image.radiance().size(), (16, 9));
@@ -126,6 +127,30 @@ pub struct Settings {
     pub sampling: Sampling,
     /// Seed of the random numbers.
     pub seed: u64,
+    /// How surfaces count in the ambient visibility.
+    pub occlusion: Occlusion,
+}
+
+/// How surfaces count in the ambient visibility V = 1 − 1/π ∫ f(r) cos θ dω: one that is met at a
+/// distance r counts f(r) = 1 / (1 + λ r) up to the longest distance (Crassin et al. 2011). By
+/// default all do, wholly.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Occlusion {
+    /// The longest distance (m), above 0; `None`: any.
+    pub distance_m: Option<f32>,
+    /// λ (1/m), 0 or more.
+    pub falloff: f32,
+}
+
+impl Occlusion {
+    /// f of a distance (m).
+    pub fn weight(self, distance_m: f32) -> f32 {
+        if self.distance_m.is_none_or(|longest| distance_m < longest) {
+            1.0 / (1.0 + self.falloff * distance_m)
+        } else {
+            0.0
+        }
+    }
 }
 
 impl Default for Settings {
@@ -140,6 +165,7 @@ impl Default for Settings {
                 max_spp: 4096,
             },
             seed: 0,
+            occlusion: Occlusion::default(),
         }
     }
 }
@@ -207,6 +233,22 @@ impl Settings {
                 max_spp
             }
         };
+        let Occlusion {
+            distance_m,
+            falloff,
+        } = self.occlusion;
+        check(
+            distance_m.is_none_or(|distance_m| distance_m > 0.0 && distance_m.is_finite()),
+            "occlusion distance",
+            format!("{} m", distance_m.unwrap_or(0.0)),
+            "above 0 m",
+        )?;
+        check(
+            falloff >= 0.0 && falloff.is_finite(),
+            "occlusion falloff",
+            format!("{falloff} 1/m"),
+            "0 or more",
+        )?;
         check(
             (1..=MAX_SPP).contains(&spp),
             "spp",

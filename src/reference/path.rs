@@ -14,7 +14,7 @@ use super::bsdf::{Scatter, cosine_density, sample_cosine};
 use super::emitters::LightSample;
 use super::sampler::Sampler;
 use super::world::{Surface, World};
-use super::{Bounces, bsdf::Lobe};
+use super::{Bounces, Occlusion, bsdf::Lobe};
 use crate::scene::rays::Ray;
 use crate::scene::{Environment, SkySample};
 
@@ -75,6 +75,8 @@ pub(super) struct Beyond<'a> {
     /// Radiance that the second vertex reflects [W/(m² sr)], where somebody knows it; otherwise the
     /// path goes on.
     pub(super) reflected: Option<&'a dyn Fn(&Surface) -> Vec3>,
+    /// How it counts in the ambient visibility.
+    pub(super) occlusion: Occlusion,
 }
 
 /// Light found along a scattered ray.
@@ -83,8 +85,8 @@ struct Gathered {
     /// What surfaces reflect, and what emitters and the environment send, weighted against sampling
     /// of them [W/(m² sr)].
     radiance: Vec3,
-    /// Whether the ray met nothing.
-    escaped: bool,
+    /// How much of the ray is open: all where it met nothing.
+    open: f32,
 }
 
 /// Veach's power heuristic with exponent 2.
@@ -131,7 +133,7 @@ impl World<'_> {
             let density = cosine_density(surface.normal.dot(direction));
             let gathered = self.gather(surface, direction, density, beyond, sampler);
             mean_radiance += gathered.radiance;
-            terms.visibility = if gathered.escaped { 1.0 } else { 0.0 };
+            terms.visibility = gathered.open;
         }
         terms.irradiance = mean_radiance * PI;
         terms.diffuse = surface.albedo * mean_radiance;
@@ -186,7 +188,9 @@ impl World<'_> {
     ) -> Gathered {
         let ray = surface.ray(direction);
         let next = self.trace(&ray);
-        let escaped = next.is_none();
+        let distance = |next: &Surface| next.position.distance(surface.position);
+        let open =
+            (next.as_ref()).map_or(1.0, |next| 1.0 - beyond.occlusion.weight(distance(next)));
         let radiance = match next {
             _ if beyond.bounces == Bounces::Count(0) => Vec3::ZERO,
             None => self.weighted_sky(direction, density),
@@ -198,7 +202,7 @@ impl World<'_> {
                     }
             }
         };
-        Gathered { radiance, escaped }
+        Gathered { radiance, open }
     }
 
     /// Emission met by scattering with `density`, weighted against emitter sampling.

@@ -306,6 +306,7 @@ impl Job<'_> {
                     let beyond = Beyond {
                         bounces: self.settings.bounces,
                         reflected: self.reflected.map(|reflected| reflected as _),
+                        occlusion: self.settings.occlusion,
                     };
                     self.world
                         .shade_first(&surface, lights, beyond, &mut sampler)

@@ -199,6 +199,15 @@ impl ReferenceImage {
         relative_error(&self.indirect(), &self.indirect_variance)
     }
 
+    /// Noise of the ambient visibility, relative to its mean: that of n rays of which a share V is
+    /// open has the variance V (1 − V) / n, and less where occluders count in part.
+    pub fn visibility_error(&self) -> StandardError {
+        let variance = |(&open, &samples): (&f32, &f32)| open * (1.0 - open) / samples.max(1.0);
+        let seen = &self.light.visibility;
+        let variances: Vec<f32> = seen.iter().zip(&self.samples).map(variance).collect();
+        relative_error(&self.map(|i| Vec3::splat(seen[i])), &variances)
+    }
+
     /// Mean number of samples per pixel.
     pub fn mean_samples(&self) -> f64 {
         self.samples

@@ -3,6 +3,7 @@
 /// Stem and SPIR-V.
 #[rustfmt::skip]
 pub(super) static MODULES: &[(&str, &[u8])] = &[
+    ("gi/gtao/gather.comp", include_bytes!("../../spirv/gi/gtao/gather.comp.spv")),
     ("gi/lpv/bands/finish.comp", include_bytes!("../../spirv/gi/lpv/bands/finish.comp.spv")),
     ("gi/lpv/bands/seed.comp", include_bytes!("../../spirv/gi/lpv/bands/seed.comp.spv")),
     ("gi/lpv/bands/stream.comp", include_bytes!("../../spirv/gi/lpv/bands/stream.comp.spv")),

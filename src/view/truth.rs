@@ -210,6 +210,7 @@ impl Sum {
             filter: Filter::Center,
             sampling,
             seed: u64::from(self.samples),
+            ..reference::Settings::default()
         };
         let image = reference::render(&self.scene, &settings, &|_| {})
             .map_err(|error| error.to_string())?

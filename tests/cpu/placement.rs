@@ -247,6 +247,7 @@ fn judged(scene: &Scene) -> [f32; 3] {
         filter: Filter::Center,
         sampling: Sampling::Fixed { spp: 16 },
         seed: 1,
+        ..Settings::default()
     };
     let image = render(scene, &settings, &|_| {}).unwrap().radiance();
     let exposure = exposure_to_see(&image, scene.environment.uniform());

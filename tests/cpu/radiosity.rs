@@ -20,6 +20,7 @@ fn settings(width: u32, height: u32, bounces: Bounces, sampling: Sampling) -> Se
         filter: Filter::Center,
         sampling,
         seed: 3,
+        ..Settings::default()
     }
 }
 

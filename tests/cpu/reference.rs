@@ -10,7 +10,7 @@ use glam::{Vec2, Vec3};
 use lumivox::image::{Image, luminance, read_exr, write_exr};
 use lumivox::metrics::{Block, Channel, Errors, compare};
 use lumivox::reference::{
-    Bounces, Filter, ReferenceError, ReferenceImage, Sampling, Settings, cached, render,
+    Bounces, Filter, Occlusion, ReferenceError, ReferenceImage, Sampling, Settings, cached, render,
 };
 use lumivox::scene::{
     Camera, Light, LoadOptions, Material, Scene, Specular, Texture, TextureKind, Triangle, Vertex,
@@ -135,6 +135,7 @@ fn settings(width: u32, height: u32, bounces: Bounces, spp: u32) -> Settings {
         filter: Filter::Center,
         sampling: Sampling::Fixed { spp },
         seed: 7,
+        ..Settings::default()
     }
 }
 
@@ -152,6 +153,43 @@ fn assert_close(found: f32, expected: f32, tolerance: f32) {
         (found / expected - 1.0).abs() <= tolerance,
         "found {found}, expected {expected} to {tolerance}"
     );
+}
+
+/// Under an endless ceiling at a height h: within a distance D, V = (h/D)²; and with f(r) = 1/(1 +
+/// λr), V = 2a − 2a² ln((1 + a)/a), a = λh.
+#[test]
+fn occluders_count_by_their_distance() {
+    let mut room = scene(Vec3::new(0.0, 0.5, 0.2), Vec3::ZERO, 10.0);
+    add(&mut room, lambert(0.5), floor(200.0, 0.0));
+    add(&mut room, lambert(0.5), floor(200.0, 0.8));
+    let open = |distance_m, falloff| {
+        let image = trace(
+            &room,
+            &Settings {
+                occlusion: Occlusion {
+                    distance_m,
+                    falloff,
+                },
+                ..settings(8, 8, Bounces::Count(1), 1024)
+            },
+        );
+        f64::from(image.light.visibility.iter().sum::<f32>()) / 64.0
+    };
+    let a: f64 = 0.8 * 1.5;
+    let weighted = 2.0 * a - 2.0 * a * a * ((1.0 + a) / a).ln();
+    for (distance_m, falloff, expected) in [
+        (None, 0.0, 0.0),
+        (Some(0.7), 0.0, 1.0),
+        (Some(1.0), 0.0, 0.64),
+        (Some(2.0), 0.0, 0.16),
+        (None, 1.5, weighted),
+    ] {
+        let found = open(distance_m, falloff);
+        assert!(
+            (found - expected).abs() < 0.004,
+            "{distance_m:?}, {falloff}: {found}, and not {expected}"
+        );
+    }
 }
 
 #[test]

@@ -340,6 +340,7 @@ fn traced(scene: &Scene, [width, height]: [u32; 2], bounces: u32) -> (Image, Gui
         filter: Filter::Center,
         sampling: Sampling::Fixed { spp: 256 },
         seed: 1,
+        ..reference::Settings::default()
     };
     let indirect = reference::render(scene, &settings, &|_| {})
         .unwrap()

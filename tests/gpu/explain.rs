@@ -38,6 +38,7 @@ fn truth(scene: &Scene) -> Truth {
             filter: Filter::Center,
             sampling,
             seed: 0,
+            ..Default::default()
         },
         &|_| {},
     )
@@ -48,7 +49,7 @@ fn truth(scene: &Scene) -> Truth {
         pixel_noise: f64::from(image.indirect_error().pixel),
     };
     Truth {
-        indirect: Some((image.indirect(), info)),
+        image: Some((image.indirect(), info)),
         guide: image.guide,
     }
 }

@@ -23,6 +23,7 @@ mod faults;
 mod frame;
 #[cfg(feature = "flip")]
 mod golden;
+mod gtao;
 mod host_work;
 mod lpv;
 mod lpv_blockers;

@@ -783,6 +783,7 @@ fn direct_light_of_the_reference_is_that_of_exact_rays() {
             filter: Filter::Center,
             sampling: Sampling::Fixed { spp: 1 },
             seed: 1,
+            ..reference::Settings::default()
         };
         let traced = reference::render(&scene, &settings, &|_| {}).unwrap();
         let seen: Vec<DVec3> = traced
@@ -896,6 +897,7 @@ fn normals_that_differ_within_a_pixel_share_its_light() {
         filter: Filter::Box,
         sampling: Sampling::Fixed { spp: 64 },
         seed: 1,
+        ..reference::Settings::default()
     };
     let traced = reference::render(&scene, &settings, &|_| {}).unwrap();
     let count = lit.seen.len() as f64;

@@ -248,6 +248,7 @@ fn traced(scene: &Scene, [width, height]: [u32; 2]) -> (Image, GuideImage) {
         filter: Filter::Center,
         sampling,
         seed: 1,
+        ..reference::Settings::default()
     };
     (
         reference::render(scene, &settings, &|_| {})

@@ -126,7 +126,7 @@ struct Life {
 }
 
 /// Few, which run every pass of every technique between them.
-const LIVES: [Life; 61] = [
+const LIVES: [Life; 62] = [
     Life {
         technique: "prt",
         preset: Some("glossy"),
@@ -512,6 +512,12 @@ const LIVES: [Life; 61] = [
             ("bounces", "2"),
         ],
         surfaces: Surfaces::Emissive,
+    },
+    Life {
+        technique: "gtao",
+        preset: None,
+        pairs: &[],
+        surfaces: Surfaces::Diffuse,
     },
     Life {
         technique: "voxel-mips",

@@ -39,6 +39,7 @@ pub(super) fn expected(scene: &Scene, bounces: u32) -> (Image, GuideImage) {
         filter: Filter::Center,
         sampling: Sampling::Fixed { spp: 400 },
         seed: 3,
+        ..reference::Settings::default()
     };
     let image = reference::render(scene, &settings, &|_| {}).unwrap();
     (image.light.specular, image.guide)

@@ -184,6 +184,7 @@ fn the_place_of_the_lattice_matters_little() {
         filter: Filter::Center,
         sampling: Sampling::Fixed { spp: 256 },
         seed: 1,
+        ..reference::Settings::default()
     };
     let expected = reference::render(&scene, &settings, &|_| {});
     let expected = expected.unwrap().indirect();

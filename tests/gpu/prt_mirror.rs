@@ -77,6 +77,7 @@ fn reference_of(scene: &Scene, bounces: u32) -> reference::ReferenceImage {
         filter: Filter::Center,
         sampling: Sampling::Fixed { spp: 256 },
         seed: 3,
+        ..reference::Settings::default()
     };
     reference::render(scene, &settings, &|_| {}).unwrap()
 }

@@ -426,6 +426,7 @@ fn traced_profile(scene: &Scene, (width, height): (u32, u32)) -> Vec<f64> {
         filter: Filter::Center,
         sampling,
         seed: 1,
+        ..reference::Settings::default()
     };
     profile(
         &reference::render(scene, &settings, &|_| {})

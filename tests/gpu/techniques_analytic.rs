@@ -756,6 +756,7 @@ fn emission_and_sky_are_indirect_light() {
             filter: Filter::Center,
             sampling: Sampling::Fixed { spp: 256 },
             seed: 1,
+            ..Settings::default()
         };
         let reference = render(&scene, &settings, &|_| {}).unwrap();
         let shot = shoot(
@@ -844,6 +845,7 @@ pub(crate) fn one_bounce(scene: &Scene, spp: u32) -> ReferenceImage {
         filter: Filter::Center,
         sampling: Sampling::Fixed { spp },
         seed: 1,
+        ..Settings::default()
     };
     let image = render(scene, &settings, &|_| {}).unwrap();
     let error = image.indirect_error();

@@ -127,7 +127,7 @@ fn reference(
     bounces: Bounces,
     cache: &Path,
 ) -> Result<ReferenceImage, ReferenceError> {
-    let settings = Truth::settings(setup.size, bounces, setup.max_error);
+    let settings = Truth::settings(setup.size, bounces, setup.max_error, setup.visibility);
     cached(scene, &settings, cache, &|_| {})
 }
 

@@ -15,13 +15,20 @@ pub(super) fn measure(source: &str, point: &Point) -> String {
     } else {
         " --channel rgb"
     };
+    let visibility = setup.visibility.map_or(String::new(), |occlusion| {
+        let distance = occlusion
+            .distance_m
+            .map_or(String::new(), |m| format!(" --occlusion-distance {m}"));
+        let falloff = occlusion.falloff;
+        format!(" --aov visibility{distance} --occlusion-falloff {falloff}")
+    });
     let timing = if setup.timing == Timing::Host {
         "host"
     } else {
         "timestamps"
     };
     format!(
-        "lumivox bench {source}{}{}{}{} --frames {} --rebuilds {} --max-error {}{channel} \
+        "lumivox bench {source}{}{}{}{} --frames {} --rebuilds {} --max-error {}{channel}{visibility} \
          --timing {timing} -o again",
         technique(point),
         resolution(point.resolution()),

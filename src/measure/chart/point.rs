@@ -14,7 +14,7 @@ use crate::measure::records::{Keyed, Versioned};
 use crate::measure::report::{ErrorReport, MemoryRow, Report, Timing, driver_of, shadow_changes};
 use crate::measure::table::{median_ms, value_text};
 use crate::metrics::{BLOCK_PX, Channel, Errors};
-use crate::reference::Bounces;
+use crate::reference::{Bounces, Occlusion};
 use crate::scene::{Fnv, Scene};
 use crate::text::counted;
 
@@ -42,6 +42,9 @@ pub struct SweepSetup {
     pub max_error: f64,
     /// Whether luminances are compared, or red, green and blue each.
     pub channel: Channel,
+    /// The definition of the ambient visibility that is compared in place of indirect light.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub visibility: Option<Occlusion>,
     /// Where times are from.
     pub timing: Timing,
     /// Name of the device.
@@ -151,11 +154,21 @@ impl SweepSetup {
             rebuilds: settings.rebuilds,
             max_error,
             channel: settings.channel,
+            visibility: settings.visibility,
             timing: settings.timing,
             device: info.name.clone(),
             driver: driver_of(gpu),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             build: build(),
+        }
+    }
+
+    /// What is compared, in words.
+    pub fn compared(&self) -> &'static str {
+        if self.visibility.is_some() {
+            "ambient visibility"
+        } else {
+            "indirect light"
         }
     }
 
@@ -234,7 +247,8 @@ impl Point {
         let is_dark =
             error.is_some() && point_error.is_none() && bounces_of(case) != Bounces::Count(0);
         let dark = || {
-            "the reference shows no indirect light, to which an error could be relative".to_owned()
+            let what = setup.compared();
+            format!("the reference shows no {what}, to which an error could be relative")
         };
         Point {
             record_version: RECORD_VERSION,
@@ -416,6 +430,7 @@ pub(super) mod tests {
             rebuilds: 3,
             max_error: 0.01,
             channel: Channel::Luminance,
+            visibility: None,
             timing: Timing::Host,
             device: "a device".into(),
             driver: "a driver".into(),

@@ -244,11 +244,17 @@ impl<'s> Sweep<'s> {
         let (size, asked) = (self.setup.size, self.setup.max_error);
         let image = cached(
             self.scene,
-            &Truth::settings(size, bounces, asked),
+            &Truth::settings(size, bounces, asked, self.setup.visibility),
             cache,
             &|_| {},
         )?;
-        let reached = f64::from(image.indirect_error().pixel) / f64::from(BLOCK_PX);
+        let full = image.radiance();
+        let truth = Truth::of(image, bounces, self.setup.visibility);
+        let noise = truth
+            .image
+            .as_ref()
+            .map_or(0.0, |(_, info)| info.pixel_noise);
+        let reached = noise / f64::from(BLOCK_PX);
         if reached > NEAR * asked {
             log::warn!(
                 "{}: the reference's standard error is {reached:.2e}, above the {asked} that is \
@@ -256,12 +262,11 @@ impl<'s> Sweep<'s> {
                 self.scene.name
             );
         }
-        let full = image.radiance();
         Ok(Reference {
             bounces,
             exposure: exposure_of(&full),
             full,
-            truth: Truth::of(image, bounces),
+            truth,
         })
     }
 }
@@ -293,7 +298,7 @@ impl SweepRun<'_> {
         progress: &mut dyn FnMut(Progress<'_>),
     ) -> Result<Option<f64>, SweepError> {
         let index = self.reference(bounces, progress)?;
-        let truth = self.references[index].truth.indirect.as_ref();
+        let truth = self.references[index].truth.image.as_ref();
         let is_lit = |image: &Image| image.pixels.iter().any(|pixel| pixel.max_element() > 0.0);
         let truth = truth.filter(|(image, _)| is_lit(image));
         Ok(truth.map(|(_, info)| info.pixel_noise / f64::from(BLOCK_PX)))
@@ -397,9 +402,9 @@ fn write_pictures(
     report: &Report,
 ) -> Result<(), SweepError> {
     folder.write_picture(key, &taken.full, reference.exposure)?;
-    if let (Some((indirect, _)), Some(error)) = (&reference.truth.indirect, &report.error) {
+    if let (Some((truth, _)), Some(error)) = (&reference.truth.image, &report.error) {
         let scale = (error.pixel.mean_reference as f32).max(f32::MIN_POSITIVE);
-        folder.write_error(key, &error_image(&taken.indirect, indirect)?, scale)?;
+        folder.write_error(key, &error_image(&taken.compared, truth)?, scale)?;
     }
     Ok(())
 }

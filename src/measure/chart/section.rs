@@ -400,7 +400,7 @@ impl Section {
                 counted(group.points.len(), "point")
             ),
             x_label: cost.axis().to_owned(),
-            y_label: "rel_rmse of indirect light [%]".to_owned(),
+            y_label: format!("rel_rmse of {} [%]", self.compared()),
             series,
             front: self
                 .line(cost, group)
@@ -409,6 +409,12 @@ impl Section {
                 .collect(),
             floor: noise.map(|noise| (100.0 * noise, "the reference's own noise".to_owned())),
         }
+    }
+
+    /// What is compared, in words.
+    fn compared(&self) -> &'static str {
+        let first = self.points.first();
+        first.map_or("indirect light", |point| point.setup.compared())
     }
 
     /// All points as comma-separated values (RFC 4180).

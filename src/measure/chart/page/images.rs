@@ -179,7 +179,7 @@ fn heat_bar() -> Markup {
         figure.heat {
             img src=[data_uri(&bar.into())] alt="colours of heat maps";
             div { @for label in ["0", "25%", "50%", "75%", "100% or more"] { span { (label) } } }
-            figcaption { "heat maps: |T − R| of a pixel's indirect light, over the mean of R" }
+            figcaption { "heat maps: |T − R| of what is compared at a pixel, over the mean of R" }
         }
     }
 }

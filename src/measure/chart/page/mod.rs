@@ -86,7 +86,7 @@ fn section(
             "Pictures show direct light too. Specks and jagged shadows that all techniques have \
                 come from the shadow maps of " (first.setup.shadow_resolution) " texels"
                 (shadow_text(&first.setup.shadows)) ". "
-            "Errors count indirect light alone."
+            "Errors count " (first.setup.compared()) " alone."
         }
         (answers::answers(number, section, pictures, troubles))
         (troubles::troubles(number, section, troubles))
