@@ -234,22 +234,26 @@ impl<'g> Renderer<'g> {
     }
 
     /// Moves the dynamic models to where they are in the scene that this was made of, after
-    /// [`Scene::set_time`], and brings the technique's structure up to it.
+    /// [`Scene::set_time`], and brings the technique's structure up to it. Models that stand where
+    /// they stood cost nothing.
     pub fn set_pose(&mut self, scene: &Scene) -> Result<FrameStats, Error> {
         let before_pose = self.gpu.host_work();
-        let was_whole = std::mem::take(&mut self.is_whole);
-        self.is_still &= self.scene.dynamic.is_none();
-        self.screen.expect_change(self.frames_to_rest);
-        self.gbuffer.keep_pose(self.gpu, &self.scene);
         let mut stats = FrameStats::default();
+        self.gbuffer.keep_pose(self.gpu, &self.scene);
         let places = |scene: &GpuScene| scene.dynamic.as_ref().map(|models| models.bounds);
         let before = places(&self.scene);
         let moved = self.scene.set_pose(self.gpu, scene);
+        if matches!(moved, Ok(false)) {
+            return Ok(stats);
+        }
+        let was_whole = std::mem::take(&mut self.is_whole);
+        self.is_still = false;
+        self.screen.expect_change(self.frames_to_rest);
         for bounds in [before, places(&self.scene)].into_iter().flatten() {
             (self.all_maps_mut()).for_each(|maps| maps.moved_in(bounds));
         }
         moved?;
-        if was_whole && self.scene.dynamic.is_some() {
+        if was_whole {
             stats.append(self.technique.follow(&context!(self), Change::Models)?);
         }
         stats.host = self.gpu.host_work().since(before_pose);

@@ -449,11 +449,15 @@ impl GpuScene {
     }
 
     /// Brings the vertices of dynamic models up to the scene that this was made of, after
-    /// [`Scene::set_time`]; what does not move is left as it is.
-    pub fn set_pose(&mut self, gpu: &Gpu, scene: &Scene) -> Result<(), Error> {
+    /// [`Scene::set_time`]; what does not move is left as it is. False where no model has moved.
+    pub fn set_pose(&mut self, gpu: &Gpu, scene: &Scene) -> Result<bool, Error> {
         let Some(dynamic) = &mut self.dynamic else {
-            return Ok(());
+            return Ok(false);
         };
+        let positions = dynamic.positions_in(scene);
+        if positions == dynamic.positions {
+            return Ok(false);
+        }
         dynamic.bounds = dynamic.bounds_in(scene);
         if scene
             .materials
@@ -463,7 +467,7 @@ impl GpuScene {
         {
             self.emitters = emitters(scene);
         }
-        dynamic.positions = dynamic.positions_in(scene);
+        dynamic.positions = positions;
         let positions = dynamic.positions.iter().map(Vec3::to_array);
         let normals = dynamic.vertices_in(scene).map(|vertex| vertex.normal);
         let moved: Vec<[f32; 3]> = positions.chain(normals).collect();
@@ -484,7 +488,7 @@ impl GpuScene {
             }
         }
         gpu.enqueue(frame);
-        Ok(())
+        Ok(true)
     }
 
     /// Whether lights are as many as these and of the same kinds, as lights that move have to be.

@@ -541,6 +541,7 @@ fn static_scenes_pay_nothing() {
         let follows = |case: &&Case| {
             let others = [
                 "none",
+                "gtao",
                 "ray-traced",
                 "irradiance-probes",
                 "light-field-probes",
@@ -563,7 +564,9 @@ fn static_scenes_pay_nothing() {
                 frame(16, 8, 32),
             )
             .unwrap();
-            renderer.set_pose(&scene).unwrap();
+            let mut moved = scene.clone();
+            moved.set_time(0.4);
+            renderer.set_pose(&moved).unwrap();
             renderer.render(&scene.camera).unwrap();
             let ran: Vec<String> = gpu
                 .take_journal()

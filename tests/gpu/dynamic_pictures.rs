@@ -217,9 +217,69 @@ fn follow(
     );
     println!("{what}: a pixel differs by {worst:e} of the mean at most");
     assert!(
-        case.entry.name == "none" || visited[0][2].pixels != visited[1][2].pixels,
+        case.entry.name == "none"
+            || visited[0][2].pixels != visited[1][2].pixels
+            || visited[0][5].pixels != visited[1][5].pixels,
         "{what}: the model has to change the light"
     );
+}
+
+/// With `voxelize_every` = 4 a move after long is followed at once, the next ones in the fourth
+/// frame after it: until then light comes from where the model was. Then the picture is that of a
+/// new renderer.
+#[test]
+fn models_are_voxelized_in_every_fourth_frame() {
+    let gpu = gpu();
+    let (_, light) = small_lights()[0];
+    for case in default_cases_with("voxelize_every=4") {
+        let mut scene = moving_room(Surfaces::Diffuse, light);
+        let settings = case.settings(&[("resolution", "32"), ("voxelize_every", "4")]);
+        let new = |scene: &Scene| {
+            Renderer::new(&gpu, scene, case.entry, &settings, frame(24, 16, 64))
+                .unwrap()
+                .0
+        };
+        let name = case.name();
+        let mut follower = new(&scene);
+        let mut late = Vec::new();
+        for (index, time_s) in [0.4, 1.0, 1.6, 2.0, 2.0, 2.0].into_iter().enumerate() {
+            scene.set_time(time_s);
+            follower.set_pose(&scene).unwrap();
+            follower.cut();
+            follower.render_again(&scene.camera).unwrap();
+            let seen = pictures(&follower);
+            let mut fresh = new(&scene);
+            fresh.render(&scene.camera).unwrap();
+            let off = largest_difference(&seen[2], &pictures(&fresh)[2]);
+            late.push(off > rounding(&case));
+            println!("{name}, frame {index}: indirect light is off by {off}");
+        }
+        assert_eq!(late, [false, true, true, true, false, false], "{name}");
+    }
+}
+
+/// A pose that is told again costs nothing: neither the scene nor the structure is touched.
+#[test]
+fn models_that_stand_cost_nothing() {
+    let gpu = gpu();
+    let (_, light) = small_lights()[0];
+    for case in default_cases() {
+        let mut scene = moving_room(Surfaces::Diffuse, light);
+        let settings = case.settings(&[("resolution", "16")]);
+        let (mut renderer, _) =
+            Renderer::new(&gpu, &scene, case.entry, &settings, frame(24, 16, 64)).unwrap();
+        scene.set_time(0.4);
+        assert!(renderer.set_pose(&scene).is_ok());
+        renderer.render(&scene.camera).unwrap();
+        gpu.take_journal();
+        let stats = renderer.set_pose(&scene).unwrap();
+        let work = gpu.take_journal();
+        assert!(
+            stats.passes.is_empty() && stats.host == Default::default() && work.is_empty(),
+            "{}",
+            case.name()
+        );
+    }
 }
 
 /// A model that comes into a room does not take its bounces away: the first frame after is near the

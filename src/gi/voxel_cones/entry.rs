@@ -1,6 +1,7 @@
 //! What rows of the family have in common: stages and views.
 
 use super::rules::RULES;
+use super::schedule::frames_behind;
 use crate::gi::entry::{Directions, Entry, Lends, Make, Stage, Substitution};
 use crate::gi::inspect::{Channels, Scale, ViewRow};
 use crate::gi::shared::cone::{self, VolumePasses};
@@ -84,7 +85,9 @@ pub(super) const VIEWS: &[ViewRow] = &[
 pub(super) const fn entry(name: &'static str, summary: &'static str, make: Make) -> Entry {
     Entry {
         bounces: |settings| LightBounces::new(settings).count(),
-        frames_to_rest: |settings| LightBounces::new(settings).frames_to_rest(),
+        frames_to_rest: |settings| {
+            LightBounces::new(settings).frames_to_rest() + frames_behind(settings)
+        },
         check: cone::check,
         emission_in_slots: |settings| {
             if cone::EmitterMethod::new(settings) == cone::EmitterMethod::Gather {

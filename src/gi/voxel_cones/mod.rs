@@ -7,6 +7,7 @@ pub mod gatherer;
 pub mod mips;
 mod presets;
 mod rules;
+mod schedule;
 mod store;
 mod suit;
 pub mod svo;
@@ -15,6 +16,8 @@ use std::sync::Arc;
 
 pub use gatherer::Gatherer;
 pub use store::{Relit, VoxelStore};
+
+use schedule::Schedule;
 
 use crate::gi::inspect::{Beam, BeamAxis, BeamStart, LightSlots, ViewRow};
 use crate::gi::shared::cone::{EmissivePatches, EmitterMethod, VoxelVolume};
@@ -32,6 +35,8 @@ pub struct VoxelCones<S> {
     pub store: S,
     gatherer: Gatherer,
     emitters: Emitters,
+    /// When models that have moved are voxelized.
+    schedule: Schedule,
     /// Largest extent of the scene (m).
     extent_m: f32,
     /// The scene's triangles, where rays meet them; made by the first build.
@@ -137,6 +142,7 @@ impl<S: VoxelStore> VoxelCones<S> {
             store: S::new(context, settings, &parts)?,
             gatherer: parts.gatherer,
             emitters,
+            schedule: Schedule::new(settings),
             extent_m: (scene.bounds.1 - scene.bounds.0).max_element(),
             triangles: None,
             specular: has_specular
@@ -178,6 +184,7 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
             stats.append(built);
         }
         stats.append(self.store.build(context)?);
+        self.schedule.start();
         Ok(stats)
     }
 
@@ -192,14 +199,24 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
                 if let Some(triangles) = &mut self.triangles {
                     stats.append(triangles.follow(context.gpu, context.scene)?);
                 }
-                stats.append(self.store.follow_models(context)?);
+                if self.schedule.moved() {
+                    stats.append(self.store.follow_models(context)?);
+                }
                 Ok(stats)
             }
             Change::Lights => {
                 self.store.forget_lights();
                 Ok(FrameStats::default())
             }
-            Change::Camera => self.store.follow_camera(context),
+            Change::Camera => {
+                let mut stats = FrameStats::default();
+                if self.schedule.is_due() {
+                    stats.append(self.store.follow_models(context)?);
+                    self.store.forget_lights();
+                }
+                stats.append(self.store.follow_camera(context)?);
+                Ok(stats)
+            }
         }
     }
 

@@ -15,6 +15,7 @@ pub(super) const RULES: &[Rule] = &[
             "levels",
             "voxel_size",
             "level_updates",
+            "voxelize_every",
             "voxelization",
             "surface",
             "accumulation",

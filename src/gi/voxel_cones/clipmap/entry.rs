@@ -3,7 +3,7 @@
 use super::super::entry::{
     GATHER, HIERARCHY, RAYS_TO_EMITTERS, SPECULAR, SUBSTITUTIONS, directions, entry, lends,
 };
-use super::super::{VoxelCones, presets};
+use super::super::{VoxelCones, presets, schedule};
 use super::{CONES, Clipmap, RAYS, filled, volume};
 use crate::gi::entry::{Entry, Stage};
 use crate::gi::settings::{Domain, Preset, Setting, Settings};
@@ -74,6 +74,7 @@ pub static ENTRY: Entry = Entry {
         SETTINGS,
         voxel::SETTINGS,
         FACE_SETTINGS,
+        schedule::SETTINGS,
         cone::SETTINGS,
         interleave::SETTINGS,
         interleave::SPECULAR_SETTINGS,

@@ -194,6 +194,11 @@ impl VoxelStore for Clipmap {
     }
 
     fn follow_camera(&mut self, context: &Context<'_>) -> Result<FrameStats, Error> {
+        // What comes into view has models where they are by now.
+        if let (Some((low, high)), Some(dynamic)) = (&mut self.pose, &context.scene.dynamic) {
+            *low = low.min(dynamic.bounds.0);
+            *high = high.max(dynamic.bounds.1);
+        }
         self.follow(context, &self.places(context.eye), &[])
     }
 

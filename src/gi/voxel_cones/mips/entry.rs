@@ -3,7 +3,7 @@
 use super::super::entry::{
     GATHER, HIERARCHY, RAYS_TO_EMITTERS, SPECULAR, SUBSTITUTIONS, directions, entry, lends,
 };
-use super::super::{VoxelCones, presets, suit};
+use super::super::{VoxelCones, presets, schedule, suit};
 use super::{CLEAR_DYNAMIC, CONES, FILTER, LIST_GROUPS, MARK_MATTER, Mips, RAYS, REDUCE_MATTER};
 use crate::gi::entry::{Entry, Stage};
 use crate::gi::settings::{Domain, Preset, Setting, Settings};
@@ -41,6 +41,7 @@ pub static ENTRY: Entry = Entry {
         voxel::SETTINGS,
         SETTINGS,
         FACE_SETTINGS,
+        schedule::SETTINGS,
         cone::SETTINGS,
         interleave::SETTINGS,
         interleave::SPECULAR_SETTINGS,

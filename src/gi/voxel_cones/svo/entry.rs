@@ -4,7 +4,7 @@ use super::super::entry::{
     GATHER, HIERARCHY, RAYS_TO_EMITTERS, SPECULAR, SUBSTITUTIONS, VIEWS, directions, entry, lends,
     view,
 };
-use super::super::{VoxelCones, presets, suit};
+use super::super::{VoxelCones, presets, schedule, suit};
 use super::{
     CONES, RAYS, Svo, attributes, brick_passes, dynamic_passes, indirection, nodes, pieces, space,
     touched,
@@ -148,6 +148,7 @@ pub static ENTRY: Entry = Entry {
         voxel::SETTINGS,
         SETTINGS,
         FACE_SETTINGS,
+        schedule::SETTINGS,
         cone::SETTINGS,
         interleave::SETTINGS,
         interleave::SPECULAR_SETTINGS,
