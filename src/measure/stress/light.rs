@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::scenes::{add_floor, brightened, camera, closed_room};
-use super::{Change, OWN, StressCase, StressError, Trial};
+use super::{Change, Figure, OWN, StressCase, StressError, Trial};
 use crate::frame::FrameSettings;
 use crate::image::Image;
 use crate::measure::draw::Ticks;
@@ -104,6 +104,58 @@ pub(super) static CONTRAST: StressCase = StressCase {
     measure: |trial, ratio| error(trial, &dim_room(trial.cell_m(), ratio as f32)),
     ..OWN
 };
+
+pub(super) static COLOUR_BANDING: StressCase = StressCase {
+    name: "colour_banding",
+    help: "a dim lamp of one hue lights a grey room: what is stored with few bits gives one channel \
+           another step than the next; the figure is how far the hue of a pixel is off",
+    source: "Crassin & Green 2012: RGBA8; Hong 2015, section 2.5.3.1.3: few bits a channel",
+    severity: "irradiance of the lamp [W/m²]",
+    ticks: Ticks::Decades,
+    severities: &[1.0, 1e-2, 1e-4, 1e-5, 1e-6],
+    quick: &[1.0, 1e-5],
+    figures: &[Figure {
+        name: "hue_error",
+        pass: 0.01,
+        warn: 0.05,
+    }],
+    measure: |trial, irradiance| {
+        let scene = brightened(tinted_room(), irradiance as f32);
+        hue_error(&trial.diffuse(&scene)?).map(|error| vec![error])
+    },
+    ..OWN
+};
+
+/// Light of [`tinted_room`]: its channels are in no simple proportion.
+const TINT: Vec3 = Vec3::new(1.0, 0.43, 0.071);
+
+/// A closed grey room with a lamp that lights a surface a metre away with 1 W/m² of red.
+fn tinted_room() -> Scene {
+    let lamp = Light::Point {
+        position: Vec3::new(0.3, 2.2, -0.4),
+        intensity: TINT,
+    };
+    let seen = camera([0.0, 1.5, 1.9], [0.2, 1.2, -2.0], 60.0);
+    closed_room()
+        .0
+        .into_scene("tinted_room", vec![lamp], Vec3::ZERO, seen)
+}
+
+/// RMS over lit pixels of how far the light's proportions are off those of the lamp: in a grey room
+/// they are the same everywhere.
+fn hue_error(light: &Image) -> Result<f64, StressError> {
+    let red = |pixel: &&Vec3| pixel.x > 0.0;
+    let squared = |pixel: &Vec3| {
+        let off = *pixel / (pixel.x * TINT) - 1.0;
+        f64::from(off.y).powi(2).max(f64::from(off.z).powi(2))
+    };
+    let squares: Vec<f64> = light.pixels.iter().filter(red).map(squared).collect();
+    if squares.is_empty() {
+        // All of it is lost.
+        return Ok(1.0);
+    }
+    Ok((squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
+}
 
 /// How far the spot light is off the floor (m).
 const SPOT_M: f32 = 1.2;

@@ -18,6 +18,7 @@ mod sky;
 mod stability;
 mod thin_walls;
 mod trial;
+mod visibility;
 
 pub use record::{Figured, Record, StressSetup, Verdict};
 pub use trial::{Memo, Trial};
@@ -43,6 +44,7 @@ pub static CASES: &[&StressCase] = &[
     &motion::CAMERA_DOLLY,
     &motion::MOVING_LIGHT,
     &motion::MOVING_OBJECT,
+    &motion::LEVEL_JUMPS,
     &change::LIGHT_SWITCH,
     &change::LIGHT_JUMP,
     &change::DOOR_OPENS,
@@ -60,6 +62,7 @@ pub static CASES: &[&StressCase] = &[
     &light::RSM_UNDERSAMPLING,
     &light::LIGHT_LEVEL,
     &light::CONTRAST,
+    &light::COLOUR_BANDING,
     &light::RAY_EFFECT,
     &sky::SUN_WIDTH,
     &sky::TURN,
@@ -69,6 +72,9 @@ pub static CASES: &[&StressCase] = &[
     &sky::SUNK_BOX,
     &sky::ROUGHNESS,
     &sky::MOVED,
+    &visibility::OFF_SCREEN_OCCLUDER,
+    &visibility::THIN_OCCLUDER,
+    &visibility::CIRCULAR_BANDS,
     &extent::SCENE_SIZE,
     &extent::TRIANGLE_COUNT,
     &extent::ONE_VOXEL,

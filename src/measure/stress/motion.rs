@@ -5,7 +5,7 @@ use glam::{Quat, Vec3};
 
 use super::scenes::{camera, closed_room, extent_m, lamp};
 use super::trial::SETTLE_FRAMES;
-use super::{Figure, OWN, StressCase, StressError, Trial};
+use super::{Change, Figure, OWN, StressCase, StressError, Trial};
 use crate::frame::Renderer;
 use crate::image::{Aov, Image};
 use crate::measure::over_time::SQUARE_PX;
@@ -97,6 +97,37 @@ pub(super) static MOVING_LIGHT: StressCase = StressCase {
     ..MOTION
 };
 
+pub(super) static LEVEL_JUMPS: StressCase = StressCase {
+    name: "level_jumps",
+    help: "a small block moves in a corner, 60 frames, and the opposite wall is looked at: levels \
+           that are chosen by what is near jump there, where the light hardly changes",
+    source: "Olovsson 2012, section 6.1: temporal intensity jumps",
+    figures: &[Figure {
+        name: "popping",
+        pass: 0.02,
+        warn: 0.06,
+    }],
+    measure: |trial, voxels| {
+        let scene = block_in_corner();
+        let speed_m = voxels as f32 * trial.cell_m();
+        let all = figures(trial, |frame| {
+            let mut moved = scene.clone();
+            moved.set_time(to_and_fro(frame, speed_m, 1.0));
+            moved
+        })?;
+        Ok(vec![all[1]])
+    },
+    changes: VOXELIZED,
+    ..MOTION
+};
+
+/// What a moving model costs less by.
+const VOXELIZED: &[Change] = &[Change {
+    name: "voxelize_every",
+    values: &["2", "4", "8"],
+    needs: None,
+}];
+
 pub(super) static MOVING_OBJECT: StressCase = StressCase {
     name: "moving_object",
     help: "a block moves to and fro through a room, 60 frames; its surface jumps from voxel to \
@@ -111,6 +142,7 @@ pub(super) static MOVING_OBJECT: StressCase = StressCase {
             moved
         })
     },
+    changes: VOXELIZED,
     ..MOTION
 };
 
@@ -156,6 +188,26 @@ pub(super) fn block_in_room() -> Scene {
         [red; 6],
         Vec3::new(-1.0, 0.02, -0.9),
         Vec3::new(-0.1, 1.1, 0.0),
+    );
+    block.add_moving(&mut scene, "block", pushed(Vec3::X));
+    scene
+}
+
+/// A room with a lamp, seen towards one wall, and behind the camera a small block that is 1 m
+/// further along x at 1 s.
+fn block_in_corner() -> Scene {
+    let mut scene = closed_room().0.into_scene(
+        "block-in-corner",
+        lamp([0.3, 2.6, 0.4], 8.0),
+        Vec3::ZERO,
+        camera([0.0, 1.6, 0.6], [0.0, 1.3, -2.0], 60.0),
+    );
+    let mut block = Mesh::default();
+    let red = block.matte("block", [0.8, 0.2, 0.15]);
+    block.cuboid(
+        [red; 6],
+        Vec3::new(-0.7, 0.4, 1.5),
+        Vec3::new(-0.4, 0.7, 1.8),
     );
     block.add_moving(&mut scene, "block", pushed(Vec3::X));
     scene

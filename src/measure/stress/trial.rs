@@ -10,8 +10,8 @@ use crate::gi::Settings;
 use crate::gi::entry::Entry;
 use crate::graph::Gpu;
 use crate::image::{Aov, GuideImage, Image};
-use crate::metrics::{Channel, Errors, compare};
-use crate::reference::{self, Bounces, Filter, Sampling, cached};
+use crate::metrics::{Channel, Errors, MetricError, compare};
+use crate::reference::{self, Bounces, Filter, ReferenceImage, Sampling, cached};
 use crate::scene::Scene;
 
 /// What is measured.
@@ -113,10 +113,20 @@ impl Trial<'_> {
 
     /// The technique's indirect light in a still scene.
     pub(super) fn indirect(&self, scene: &Scene) -> Result<Image, StressError> {
+        self.picture(scene, Aov::Indirect)
+    }
+
+    /// The technique's diffuse irradiance in a still scene.
+    pub(super) fn diffuse(&self, scene: &Scene) -> Result<Image, StressError> {
+        self.picture(scene, Aov::Diffuse)
+    }
+
+    /// An output of the technique in a still scene.
+    fn picture(&self, scene: &Scene, aov: Aov) -> Result<Image, StressError> {
         let (mut renderer, _) =
             Renderer::new(self.gpu, scene, self.entry, self.settings, self.frame)?;
         (0..self.frames_to_rest()).try_for_each(|_| renderer.render(&scene.camera).map(drop))?;
-        Ok(renderer.aov(Aov::Indirect)?)
+        Ok(renderer.aov(aov)?)
     }
 
     /// The reference's indirect light, and what each pixel sees; `times` as many samples as usual.
@@ -125,13 +135,13 @@ impl Trial<'_> {
         scene: &Scene,
         times: u32,
     ) -> Result<(Image, GuideImage), StressError> {
-        let image = cached(
-            scene,
-            &self.reference_settings(times * self.effort.spp),
-            &self.memo.cache,
-            &|_| {},
-        )?;
+        let image = self.still_reference(scene, times)?;
         Ok((image.indirect(), image.guide))
+    }
+
+    fn still_reference(&self, scene: &Scene, times: u32) -> Result<ReferenceImage, StressError> {
+        let settings = self.reference_settings(times * self.effort.spp);
+        Ok(cached(scene, &settings, &self.memo.cache, &|_| {})?)
     }
 
     /// The reference's indirect light in a frame of a sequence: every frame has the same random
@@ -160,6 +170,7 @@ impl Trial<'_> {
             filter: Filter::Center,
             sampling: Sampling::Fixed { spp },
             seed: 0,
+            ..reference::Settings::default()
         }
     }
 
@@ -173,6 +184,19 @@ impl Trial<'_> {
         self.errors_of(&self.indirect(scene)?, scene, channel, times)
     }
 
+    /// The technique's ambient visibility in a still scene.
+    pub(super) fn visibility(&self, scene: &Scene) -> Result<Image, StressError> {
+        self.picture(scene, Aov::Visibility)
+    }
+
+    /// rel_rmse of the technique's ambient visibility in a still scene.
+    pub(super) fn visibility_error(&self, scene: &Scene) -> Result<f64, StressError> {
+        let image = self.still_reference(scene, 1)?;
+        let picture = self.visibility(scene)?;
+        let open = (image.aov(Aov::Visibility)).ok_or(MetricError::Empty("no visibility"))?;
+        Ok(errors_between(&picture, &open, &image.guide, Channel::Luminance)?.rel_rmse)
+    }
+
     /// Errors of a picture against the reference of a scene: over blocks, or over pixels where
     /// there are too few of them.
     pub(super) fn errors_of(
@@ -183,10 +207,20 @@ impl Trial<'_> {
         times: u32,
     ) -> Result<Errors, StressError> {
         let (reference, guide) = self.reference(scene, times)?;
-        let errors = compare(picture, &reference, Some(&guide), channel)?;
-        Ok(errors
-            .block
-            .filter(|block| block.count >= FEWEST_BLOCKS)
-            .unwrap_or(errors.pixel))
+        Ok(errors_between(picture, &reference, &guide, channel)?)
     }
+}
+
+/// Over blocks, or over pixels where there are too few of them.
+fn errors_between(
+    picture: &Image,
+    reference: &Image,
+    guide: &GuideImage,
+    channel: Channel,
+) -> Result<Errors, MetricError> {
+    let errors = compare(picture, reference, Some(guide), channel)?;
+    Ok(errors
+        .block
+        .filter(|block| block.count >= FEWEST_BLOCKS)
+        .unwrap_or(errors.pixel))
 }
