@@ -132,14 +132,10 @@ impl World<'_> {
         if emitter.emission == Vec3::ZERO || density <= 0.0 || !self.is_solid(hit) {
             return None;
         }
-        let is_hidden = self.is_hidden(&surface.ray(wi), distance_m, hit.triangle);
+        let clearness = self.clearness(&surface.ray(wi), distance_m, hit.triangle);
         Some(LightSample {
             wi,
-            radiance: if is_hidden {
-                Vec3::ZERO
-            } else {
-                emitter.emission
-            },
+            radiance: clearness * emitter.emission,
             density,
         })
     }
@@ -180,12 +176,9 @@ impl World<'_> {
     fn light_from(&self, light: &Light, surface: &Surface) -> Vec3 {
         let (wi, distance_m, irradiance) = light.sample(surface.origin());
         let reflected = surface.reflect(wi) * irradiance;
-        if reflected == Vec3::ZERO
-            || !reflected.is_finite()
-            || self.is_occluded(&surface.ray(wi), distance_m)
-        {
+        if reflected == Vec3::ZERO || !reflected.is_finite() {
             return Vec3::ZERO;
         }
-        reflected
+        reflected * self.clearness_to(&surface.ray(wi), distance_m)
     }
 }

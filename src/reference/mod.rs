@@ -29,6 +29,7 @@ mod bsdf;
 mod cache;
 mod emitters;
 mod form_factors;
+mod glass;
 mod patches;
 mod path;
 mod radiosity;

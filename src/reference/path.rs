@@ -12,6 +12,7 @@ use glam::Vec3;
 
 use super::bsdf::{Scatter, cosine_density, sample_cosine};
 use super::emitters::LightSample;
+use super::glass::Seen;
 use super::sampler::Sampler;
 use super::world::{Surface, World};
 use super::{Bounces, Occlusion, bsdf::Lobe};
@@ -140,6 +141,14 @@ impl World<'_> {
         if let Some((lobe, point)) = specular_point {
             terms.specular = self.shade_specular(surface, &lobe, point, &sent, beyond, sampler);
         }
+        if let Some(glass) = &surface.glass {
+            let opaque = 1.0 - glass.share;
+            terms.direct *= opaque;
+            terms.diffuse *= opaque;
+            let seen = self.see_through(surface, glass, sampler);
+            let through = self.brought_back(surface, seen, f32::INFINITY, beyond, sampler);
+            terms.specular = opaque * terms.specular + glass.share * through.radiance;
+        }
         terms
     }
 
@@ -186,14 +195,32 @@ impl World<'_> {
         beyond: Beyond<'_>,
         sampler: &mut Sampler,
     ) -> Gathered {
-        let ray = surface.ray(direction);
-        let next = self.trace(&ray);
+        let seen = self.see(surface.ray(direction), sampler);
+        self.brought_back(surface, seen, density, beyond, sampler)
+    }
+
+    /// What comes back along a way that a direction of some density began.
+    fn brought_back(
+        &self,
+        surface: &Surface,
+        seen: Seen,
+        density: f32,
+        beyond: Beyond<'_>,
+        sampler: &mut Sampler,
+    ) -> Gathered {
+        let Seen {
+            throughput,
+            surface: next,
+            ray,
+            is_bent,
+        } = seen;
+        let density = if is_bent { f32::INFINITY } else { density };
         let distance = |next: &Surface| next.position.distance(surface.position);
         let open =
             (next.as_ref()).map_or(1.0, |next| 1.0 - beyond.occlusion.weight(distance(next)));
         let radiance = match next {
             _ if beyond.bounces == Bounces::Count(0) => Vec3::ZERO,
-            None => self.weighted_sky(direction, density),
+            None => self.weighted_sky(ray.direction, density),
             Some(next) => {
                 self.weighted_emission(&ray, &next, density)
                     + match beyond.reflected {
@@ -202,7 +229,10 @@ impl World<'_> {
                     }
             }
         };
-        Gathered { radiance, open }
+        Gathered {
+            radiance: throughput * radiance,
+            open,
+        }
     }
 
     /// Emission met by scattering with `density`, weighted against emitter sampling.
@@ -232,14 +262,10 @@ impl World<'_> {
         if !surface.is_above(direction) || density <= 0.0 {
             return None;
         }
-        let is_hidden = self.is_occluded(&surface.ray(direction), f32::INFINITY);
+        let clearness = self.clearness_to(&surface.ray(direction), f32::INFINITY);
         Some(LightSample {
             wi: direction,
-            radiance: if is_hidden {
-                Vec3::ZERO
-            } else {
-                sky.radiance(direction)
-            },
+            radiance: clearness * sky.radiance(direction),
             density,
         })
     }
@@ -271,11 +297,18 @@ impl World<'_> {
             let Some(scatter) = scatter else { break };
             throughput *= scatter.weight;
             let ray = surface.ray(scatter.direction);
-            let Some(next) = self.trace(&ray) else {
-                radiance += throughput * self.weighted_sky(scatter.direction, scatter.density);
+            let seen = self.see(ray, sampler);
+            throughput *= seen.throughput;
+            let density = if seen.is_bent {
+                f32::INFINITY
+            } else {
+                scatter.density
+            };
+            let Some(next) = seen.surface else {
+                radiance += throughput * self.weighted_sky(seen.ray.direction, density);
                 break;
             };
-            radiance += throughput * self.weighted_emission(&ray, &next, scatter.density);
+            radiance += throughput * self.weighted_emission(&seen.ray, &next, density);
             let roulette_from = match bounces {
                 Bounces::Full => ROULETTE_FROM_BOUNCE,
                 Bounces::Count(_) => COUNTED_ROULETTE_FROM_BOUNCE,

@@ -349,13 +349,15 @@ pub fn render_radiosity(
 }
 
 fn validate_diffuse(scene: &Scene) -> Result<(), ReferenceError> {
-    let is_glossy = |material: &&crate::scene::Material| material.specular.is_some();
-    match scene.materials.iter().find(is_glossy) {
+    let scatters = |material: &&crate::scene::Material| {
+        material.specular.is_some() || material.transmission.is_some()
+    };
+    match scene.materials.iter().find(scatters) {
         Some(material) => Err(ReferenceError::Scene {
             scene: scene.name.clone(),
             problem: format!(
-                "radiosity is for diffuse scenes, and material {} has a specular lobe; use the \
-                 path tracer",
+                "radiosity is for diffuse scenes, and material {} has a specular lobe or is clear; \
+                 use the path tracer",
                 material.name
             ),
         }),

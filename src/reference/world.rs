@@ -6,6 +6,7 @@ use glam::Vec3;
 
 use super::bsdf::{Lobe, Scatter, cosine_density, sample_cosine};
 use super::emitters::Emitters;
+use super::glass::Glass;
 use super::sampler::Sampler;
 use crate::image::luminance;
 use crate::scene::Scene;
@@ -16,6 +17,8 @@ use crate::scene::surfaces::Surfaces;
 pub(super) struct World<'a> {
     surfaces: Surfaces<'a>,
     pub(super) emitters: Emitters,
+    /// Some of it lets light pass straight.
+    pub(super) has_thin_glass: bool,
 }
 
 impl<'a> Deref for World<'a> {
@@ -41,6 +44,8 @@ pub(super) struct Surface {
     pub(super) albedo: Vec3,
     /// The specular lobe, where the material has one.
     pub(super) lobe: Option<Lobe>,
+    /// What is clear of it.
+    pub(super) glass: Option<Glass>,
     /// Radiance emitted towards the viewer [W/(m² sr)].
     pub(super) emission: Vec3,
     /// Index into the scene's triangles.
@@ -57,6 +62,10 @@ impl<'a> World<'a> {
         let surfaces = Surfaces::new(scene);
         World {
             emitters: Emitters::new(scene, &surfaces.textures),
+            has_thin_glass: scene.materials.iter().any(|material| {
+                let index = material.transmission.map(|transmission| transmission.index);
+                index == Some(1.0)
+            }),
             surfaces,
         }
     }
@@ -89,6 +98,8 @@ impl<'a> World<'a> {
             wo,
             albedo: place.base * (1.0 - metalness),
             lobe,
+            glass: (material.transmission.as_ref())
+                .map(|transmission| Glass::new(transmission, is_front)),
             emission: if is_front {
                 self.emission(material, &place)
             } else {
@@ -106,6 +117,15 @@ impl Surface {
     pub(super) fn ray(&self, direction: Vec3) -> Ray {
         Ray {
             origin: self.origin(),
+            direction,
+            leaves: self.triangle,
+        }
+    }
+
+    /// A ray that leaves the surface on the other side.
+    pub(super) fn ray_behind(&self, direction: Vec3) -> Ray {
+        Ray {
+            origin: self.position - self.geometric_normal * self.offset_m,
             direction,
             leaves: self.triangle,
         }

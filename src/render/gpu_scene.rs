@@ -324,8 +324,10 @@ pub(super) fn bytes_of_vectors(count: usize) -> u64 {
 pub static SET_POSE: &str = "scene.set_pose";
 
 impl GpuScene {
-    /// Uploads a scene.
+    /// Uploads a scene, without surfaces of which more than half is clear.
     pub fn new(gpu: &Gpu, scene: &Scene) -> Result<Self, Error> {
+        let opaque = scene.without_clear();
+        let scene = opaque.as_ref();
         let frame_uniform = gpu.create_buffer(&BufferDesc {
             name: "frame.constants".into(),
             size_bytes: size_of::<FrameConstants>() as u64,

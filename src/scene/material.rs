@@ -37,6 +37,22 @@ pub struct Material {
     pub normal_texture: Option<u32>,
     /// Specular lobe; `None` is a purely diffuse surface.
     pub specular: Option<Specular>,
+    /// What light passes through; `None` is opaque.
+    pub transmission: Option<Transmission>,
+}
+
+/// What passes through a surface: the reference shows it. Techniques leave a surface out of which
+/// more than half is clear, and take another for opaque.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Transmission {
+    /// Share of the surface that is clear, above 0, at most 1. The rest is as the material says.
+    pub share: f32,
+    /// T_f: what is left of light that has passed a body, which has two surfaces, or a thin sheet,
+    /// 0 to 1.
+    pub filter: Vec3,
+    /// Index of refraction of the body behind the front sides, 1 to 4; 1: a thin sheet, which light
+    /// passes straight.
+    pub index: f32,
 }
 
 impl Default for Material {
@@ -50,6 +66,7 @@ impl Default for Material {
             mask_texture: None,
             normal_texture: None,
             specular: None,
+            transmission: None,
         }
     }
 }

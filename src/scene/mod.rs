@@ -7,6 +7,7 @@
 mod assemble;
 pub mod bundled;
 mod camera;
+mod clear;
 mod clear_sky;
 mod environment;
 mod error;
@@ -45,7 +46,7 @@ pub use error::SceneError;
 pub use hash::Fnv;
 pub use light::Light;
 pub use lit::{LitPoint, SurfacePoint};
-pub use material::{Material, Specular};
+pub use material::{Material, Specular, Transmission};
 pub(crate) use motion::union;
 pub use motion::{Keyframe, Motion, Pose};
 pub use options::{LoadOptions, Up};

@@ -190,7 +190,7 @@ fn warn(path: &Path, obj: &Obj, counts: &Counts) {
     }
     if counts.removed > 0 {
         log::warn!(
-            "{path}: dropped {} whose material has `d` below 0.5",
+            "{path}: dropped {} whose material has `d` 0 and no filter: nothing is there",
             counted(counts.removed, "triangle")
         );
     }
@@ -338,7 +338,7 @@ impl Materials {
             }
             materials.push(
                 requests.texture(file, material, converted),
-                material.is_removed(),
+                material.is_nothing(),
                 true,
                 shift,
             );

@@ -1,8 +1,13 @@
 //! MTL materials, parsed line by line, and their meaning as [`Material`]s.
 //!
-//! Read: `Kd`, `Ke`, `Ks`, `Ns`, `Pr`, `Pm`, `d`, `Tr`, `map_Kd`, `map_Ke`, `map_Ks`, `map_Pr`,
-//! `map_d`, `norm`, `map_Bump`, `bump`. `Ka`, `Ni`, `Tf` and `illum` have no part in physically
-//! based light transport and are passed over; other keys are passed over with one warning.
+//! Read: `Kd`, `Ke`, `Ks`, `Ns`, `Pr`, `Pm`, `d`, `Tr`, `Ni`, `Tf`, `illum`, `map_Kd`, `map_Ke`,
+//! `map_Ks`, `map_Pr`, `map_d`, `norm`, `map_Bump`, `bump`. `Ka` has no part in physically based
+//! light transport and is passed over; other keys are passed over with one warning.
+//!
+//! Where `d` is below 1 and no `map_d` is there, a share 1 − `d` of the surface is clear, with the
+//! filter `Tf`. With `illum` 6 or 7 ("refraction on") it is the surface of a body with the index
+//! of refraction `Ni`; otherwise a thin sheet, which light passes straight, whatever `Ni` says:
+//! programs write an `Ni` for every material.
 //!
 //! Of the options of maps, `-s` and `-o` are baked into texture coordinates, `-mm` into texels and
 //! `-bm` into normals; each kind of the others that would change the picture gets one warning.
@@ -18,7 +23,7 @@ use std::path::Path;
 use glam::Vec3;
 
 use super::obj::TEXCOORD_MAX;
-use super::{Material, SceneError, Specular, paths};
+use super::{Material, SceneError, Specular, Transmission, paths};
 use crate::text::{counted, number};
 
 /// Largest radiance that a material may emit [W/(m² sr)]: beyond it 32-bit sums lose meaning.
@@ -89,6 +94,9 @@ impl UvShift {
     }
 }
 
+/// Largest index of refraction that the format has.
+const MOST_INDEX: f32 = 10.0;
+
 /// Options of maps that are not done, for one warning each: how many maps have one, and the line of
 /// the first.
 type Undone = BTreeMap<String, (usize, usize)>;
@@ -105,6 +113,9 @@ pub(super) struct MtlMaterial {
     pr: Option<f32>,
     pm: Option<f32>,
     dissolve: Option<f32>,
+    ni: Option<f32>,
+    tf: Option<Vec3>,
+    illum: Option<f32>,
     /// `map_Kd`: albedo.
     pub(super) map_kd: Option<MapRef>,
     /// `map_Ke`: emission.
@@ -122,9 +133,22 @@ pub(super) struct MtlMaterial {
 }
 
 impl MtlMaterial {
-    /// Whether a constant `d` below 0.5 removes the surface.
-    pub(super) fn is_removed(&self) -> bool {
-        self.map_d.is_none() && self.dissolve.is_some_and(|dissolve| dissolve < 0.5)
+    /// Whether light passes all of it unchanged.
+    pub(super) fn is_nothing(&self) -> bool {
+        let whole =
+            |one: Transmission| one.share == 1.0 && one.index == 1.0 && one.filter == Vec3::ONE;
+        self.transmission().is_some_and(whole)
+    }
+
+    /// What is clear of it.
+    fn transmission(&self) -> Option<Transmission> {
+        let share = 1.0 - self.dissolve.filter(|_| self.map_d.is_none())?;
+        let refracts = matches!(self.illum, Some(6.0 | 7.0));
+        (share > 0.0).then(|| Transmission {
+            share,
+            filter: self.tf.unwrap_or(Vec3::ONE),
+            index: self.ni.filter(|_| refracts).unwrap_or(1.0).max(1.0),
+        })
     }
 
     /// What its maps do to texture coordinates, `None` for nothing: what the first does. The
@@ -167,6 +191,7 @@ impl MtlMaterial {
                 albedo,
                 emission,
                 specular,
+                transmission: self.transmission(),
                 ..Material::default()
             },
             ignored,
@@ -275,7 +300,10 @@ fn read_key(
         "map_d" => material.map_d = map()?,
         "norm" => material.norm = map()?,
         "map_Bump" | "map_bump" | "bump" => material.bump = map()?,
-        "" | "Ka" | "Ni" | "Tf" | "illum" | "map_Ka" => {}
+        "Ni" => material.ni = Some(at.number(key, rest, MOST_INDEX)?),
+        "Tf" => material.tf = Some(at.color(key, rest, 1.0)?),
+        "illum" => material.illum = Some(at.number(key, rest, 10.0)?),
+        "" | "Ka" | "map_Ka" => {}
         _ => {
             unread.insert(key.to_owned());
         }

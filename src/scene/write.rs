@@ -298,6 +298,16 @@ fn push_material(text: &mut String, name: &str, material: &Material, textures: &
             specular.metalness
         );
     }
+    if let Some(transmission) = material.transmission {
+        let illum = if transmission.index > 1.0 { 7 } else { 4 };
+        let _ = writeln!(
+            text,
+            "d {}\nTf {}\nNi {}\nillum {illum}",
+            1.0 - transmission.share,
+            color(transmission.filter),
+            transmission.index
+        );
+    }
     let maps = [
         ("map_Kd", material.albedo_texture),
         ("map_Ke", material.emission_texture),

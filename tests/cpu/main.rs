@@ -10,6 +10,7 @@ mod comparators;
 mod fit;
 #[cfg(feature = "flip")]
 mod flip;
+mod glass;
 mod gltf;
 mod graph;
 mod layers;

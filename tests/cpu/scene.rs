@@ -625,16 +625,52 @@ fn specular_needs_a_roughness() {
 }
 
 #[test]
-fn transparent_materials_are_removed_and_unknown_ones_are_grey() {
+fn materials_of_nothing_are_removed_and_unknown_ones_are_grey() {
     let folder = tempfile::tempdir().unwrap();
     let obj =
         format!("mtllib scene.mtl\n{SQUARE}usemtl glass #1\nf 1 2 3\nusemtl nowhere\nf 1 3 4\n");
-    let scene = load_obj(folder.path(), &obj, "newmtl glass #1\nd 0.3\n");
+    let scene = load_obj(folder.path(), &obj, "newmtl glass #1\nd 0\nNi 1.45\n");
     assert_eq!(scene.triangles.len(), 1);
     assert_eq!(
         (scene.materials[0].name.as_str(), scene.materials[0].albedo),
         ("nowhere", Vec3::splat(0.5))
     );
+}
+
+/// `d`, `Tr`, `Tf`, `Ni` and `illum` say what is clear of a surface; a mask says it alone.
+#[test]
+fn clear_materials_are_sheets_or_bodies() {
+    let folder = tempfile::tempdir().unwrap();
+    let clear = |lines: &str| {
+        let obj = format!("mtllib scene.mtl\n{SQUARE}usemtl m\nf 1 2 3\n");
+        let scene = load_obj(folder.path(), &obj, &format!("newmtl m\n{lines}\n"));
+        let one = scene.materials[0].transmission?;
+        Some((one.share, one.filter.to_array(), one.index))
+    };
+    assert_eq!(clear("d 1\nNi 1.5\nTf 0.5\nillum 7"), None);
+    assert_eq!(clear("d 0.25"), Some((0.75, [1.0; 3], 1.0)));
+    assert_eq!(
+        clear("Tr 0.5\nNi 1.45\nTf 1 0.5 0\nillum 4"),
+        Some((0.5, [1.0, 0.5, 0.0], 1.0))
+    );
+    for illum in [6, 7] {
+        assert_eq!(
+            clear(&format!("d 0\nNi 1.45\nillum {illum}")),
+            Some((1.0, [1.0; 3], 1.45))
+        );
+    }
+    let text = |lines: &str| format!("newmtl m\n{lines}\n");
+    for (lines, named) in [("Ni 20", "Ni"), ("Tf 2 0 0", "Tf"), ("illum x", "illum")] {
+        std::fs::write(folder.path().join("scene.mtl"), text(lines)).unwrap();
+        let file = folder.path().join("scene.obj");
+        let error = Scene::open(&file, &LoadOptions::default())
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.contains(named) && error.contains("scene.mtl:2"),
+            "{error}"
+        );
+    }
 }
 
 /// A square with the material lines given.

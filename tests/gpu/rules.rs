@@ -13,7 +13,7 @@ use lumivox::scene::Scene;
 
 use crate::support::gpu;
 use crate::support::technique::{
-    Case, Surfaces, bounce_cases, default_cases, frame, shoot, small_lights, small_room,
+    Case, Surfaces, bounce_cases, cases, default_cases, frame, shoot, small_lights, small_room,
 };
 
 /// On top of a technique's cones, those of them that it has.
@@ -154,7 +154,17 @@ fn combinations() -> Vec<(Case, Vec<(&'static str, &'static str)>)> {
     let windowed = windowed.map(|case| (case, vec![("window", "hann"), ("refine", "1")]));
     let shared = default_cases().into_iter();
     let shared = shared.flat_map(|case| SHARED.map(|pairs| (case, pairs.to_vec())));
+    // Visibility alone has no bounce.
+    let skies = cases().into_iter();
+    let skies = skies.filter(|case| has(case, "thin_occluders"));
+    let skies = skies.flat_map(|case| {
+        let pairs = [Vec::new()]
+            .into_iter()
+            .chain(SHARED.map(|pairs| pairs.to_vec()));
+        pairs.map(move |pairs| (case, [vec![("light", "sky")], pairs].concat()))
+    });
     (presets.chain(more).chain(streams).chain(bounces))
+        .chain(skies)
         .chain(moved)
         .chain(windowed)
         .chain(mapped)

@@ -43,7 +43,8 @@ vec2 picture_direction(vec3 offset, vec3 tangent) {
 // Pixels from the middle of a pixel along a unit direction to the picture's edge.
 float to_edge(vec2 middle, vec2 direction) {
     vec2 safe = mix(direction, vec2(1e-20), equal(direction, vec2(0.0)));
-    vec2 far = (mix(vec2(0.0), vec2(frame.size_px.xy), greaterThan(safe, vec2(0.0))) - middle) / safe;
+    vec2 edge = mix(vec2(0.0), vec2(frame.size_px.xy), greaterThan(safe, vec2(0.0)));
+    vec2 far = (edge - middle) / safe;
     return min(far.x, far.y);
 }
 
@@ -63,7 +64,8 @@ float horizon(vec3 position, Slice slice, vec2 middle, vec2 direction, float rea
     for (uint i = 0u; i < params.steps; ++i) {
         float share = (float(i) + jitter) / float(params.steps);
         // Nearer ones are more often met.
-        ivec2 pixel = ivec2(floor(middle + direction * (1.0 + max(reach - 1.0, 0.0) * share * share)));
+        float along = 1.0 + max(reach - 1.0, 0.0) * share * share;
+        ivec2 pixel = ivec2(floor(middle + direction * along));
         if (any(lessThan(pixel, ivec2(0)))
             || any(greaterThanEqual(pixel, ivec2(frame.size_px.xy))))
             break;
@@ -99,10 +101,9 @@ void main() {
     vec3 to_eye = normalize(-offset);
     // The largest ball around the surface looks so large in the picture [px].
     float depth = dot(offset, frame.ray_forward.xyz), radius = params.distance;
-    float tangent = radius * inversesqrt(max(depth * depth - radius * radius, 0.25 * depth * depth));
-    float reach = radius > 0.0
-        ? tangent * 0.5 * float(frame.size_px.y) * inversesqrt(dot(frame.ray_up.xyz, frame.ray_up.xyz))
-        : 1e9;
+    float squared = max(depth * depth - radius * radius, 0.25 * depth * depth);
+    float scale = 0.5 * float(frame.size_px.y) / length(frame.ray_up.xyz);
+    float reach = radius > 0.0 ? radius * inversesqrt(squared) * scale : 1e9;
     bool is_alone = (params.pattern & 0xffffu) == 0x101u;
     vec2 turned = is_alone ? unit_numbers(pcg3(uvec3(place, frame.walk.x))).xy
                            : interleaved_offset(place, params.pattern, frame.walk.x);

@@ -1,5 +1,5 @@
-//! Technique `gtao`: ambient visibility from the picture alone, by the horizons that its depths show
-//! (J. Jiménez, X.-C. Wu, A. Pesce, A. Jarabo, *Practical Real-Time Strategies for Accurate
+//! Technique `gtao`: ambient visibility from the picture alone, by the horizons that its depths
+//! show (J. Jiménez, X.-C. Wu, A. Pesce, A. Jarabo, *Practical Real-Time Strategies for Accurate
 //! Indirect Occlusion*, 2016). There is no store. Surfaces send no light; that of the environment
 //! is there where it is wanted.
 

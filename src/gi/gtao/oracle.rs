@@ -227,8 +227,8 @@ mod tests {
         }
     }
 
-    /// Beside a wall of height H at a distance d along the whole floor, V = (1 + cos β)/2 with tan β
-    /// = H/d.
+    /// Beside a wall of height H at a distance d along the whole floor, V = (1 + cos β)/2 with
+    /// tan β = H/d.
     #[test]
     fn beside_a_wall_visibility_is_the_closed_form() {
         // The wall is at x = 1.5; what is behind it is as high.

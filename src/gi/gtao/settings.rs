@@ -7,7 +7,7 @@ use crate::gi::shared::screen;
 pub(super) const SETTINGS: &[Setting] = &[
     Setting {
         name: "slices",
-        help: "planes through the eye and the surface, in each of which two horizons are looked for",
+        help: "planes through the eye and the surface, each of which has two horizons",
         unit: "",
         domain: Domain::Count { min: 1, max: 64 },
         default: "4",
@@ -21,8 +21,8 @@ pub(super) const SETTINGS: &[Setting] = &[
     },
     Setting {
         name: "light",
-        help: "none (the technique is for --aov visibility), or sky: that of the environment, times \
-               the visibility; surfaces never send any",
+        help: "none (the technique is for --aov visibility), or sky: that of the environment, \
+               times the visibility; surfaces never send any",
         unit: "",
         domain: Domain::Choice(&["none", "sky"]),
         default: "none",

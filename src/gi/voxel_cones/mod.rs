@@ -37,6 +37,8 @@ pub struct VoxelCones<S> {
     emitters: Emitters,
     /// When models that have moved are voxelized.
     schedule: Schedule,
+    /// Models were voxelized in this frame without having moved in it.
+    is_late: bool,
     /// Largest extent of the scene (m).
     extent_m: f32,
     /// The scene's triangles, where rays meet them; made by the first build.
@@ -143,6 +145,7 @@ impl<S: VoxelStore> VoxelCones<S> {
             gatherer: parts.gatherer,
             emitters,
             schedule: Schedule::new(settings),
+            is_late: false,
             extent_m: (scene.bounds.1 - scene.bounds.0).max_element(),
             triangles: None,
             specular: has_specular
@@ -212,7 +215,7 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
                 let mut stats = FrameStats::default();
                 if self.schedule.is_due() {
                     stats.append(self.store.follow_models(context)?);
-                    self.store.forget_lights();
+                    self.is_late = true;
                 }
                 stats.append(self.store.follow_camera(context)?);
                 Ok(stats)
@@ -224,7 +227,8 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
         let bounces = self.store.light_settings().bounces;
         let count = bounces.before_the_picture();
         let lights = light_inputs(given, &self.triangles);
-        if !given.is_still {
+        let is_still = given.is_still && !std::mem::take(&mut self.is_late);
+        if !is_still {
             self.store.forget_lights();
         } else if bounces != LightBounces::Feedback && self.store.is_lit() {
             if self.shows_emission_apart() {

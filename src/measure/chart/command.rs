@@ -28,8 +28,8 @@ pub(super) fn measure(source: &str, point: &Point) -> String {
         "timestamps"
     };
     format!(
-        "lumivox bench {source}{}{}{}{} --frames {} --rebuilds {} --max-error {}{channel}{visibility} \
-         --timing {timing} -o again",
+        "lumivox bench {source}{}{}{}{} --frames {} --rebuilds {} \
+         --max-error {}{channel}{visibility} --timing {timing} -o again",
         technique(point),
         resolution(point.resolution()),
         changes(point),

@@ -107,8 +107,8 @@ pub(super) static CONTRAST: StressCase = StressCase {
 
 pub(super) static COLOUR_BANDING: StressCase = StressCase {
     name: "colour_banding",
-    help: "a dim lamp of one hue lights a grey room: what is stored with few bits gives one channel \
-           another step than the next; the figure is how far the hue of a pixel is off",
+    help: "a dim lamp of one hue lights a grey room: what is stored with few bits gives one \
+           channel another step than the next; the figure is how far the hue of a pixel is off",
     source: "Crassin & Green 2012: RGBA8; Hong 2015, section 2.5.3.1.3: few bits a channel",
     severity: "irradiance of the lamp [W/m²]",
     ticks: Ticks::Decades,

@@ -1,5 +1,5 @@
-//! Ambient visibility of what the picture does not show: occluders beyond its edge, and the backs of
-//! thin ones.
+//! Ambient visibility of what the picture does not show: occluders beyond its edge, and the backs
+//! of thin ones; and rings where it should be smooth.
 
 use glam::Vec3;
 
@@ -83,8 +83,8 @@ fn under_a_plate(height_m: f32) -> Scene {
     mesh.into_scene("under_a_plate", Vec::new(), Vec3::ONE, seen)
 }
 
-/// RMS over pixels of the floor of V − (V₋ + V₊)/2 with the pixels at [`APART`] to both sides, along
-/// rows and columns, over the mean of V.
+/// RMS over pixels of the floor of V − (V₋ + V₊)/2 with the pixels at [`APART`] to both sides,
+/// along rows and columns, over the mean of V.
 fn ripple(open: &Image, seen: &GuideImage) -> Result<f64, StressError> {
     let width = open.width as usize;
     let is_floor = |at: usize| seen.is_surface(at) && seen.position[at].y < 1e-3;
