@@ -77,7 +77,10 @@ fn horizons_are_the_oracles() {
                 "occlusion_falloff={}",
                 [number(0.1, 2.0), 0.0][round as usize / 2]
             ),
-            format!("thin_occluders={}", number(0.0, 0.4)),
+            format!(
+                "thin_occluders={}",
+                [0.0, number(0.0, 0.2)][round as usize % 2]
+            ),
             format!("interleave={}", 2 + round),
             "interleave_window=off".to_owned(),
             format!("light={}", ["sky", "none"][round as usize % 2]),

@@ -117,6 +117,63 @@ fn thin_walls_leak_where_they_must() {
     assert!(glowing.1 != Verdict::Pass, "{glowing:?}");
 }
 
+/// What the picture does not show is wrong in the picture's own answer alone, and so is the back of
+/// what is thin.
+#[test]
+fn the_screen_fails_where_it_does_not_see() {
+    let gpu = gpu();
+    let pairs: &[&str] = &[];
+    for (name, harmless, fatal) in [
+        ("off_screen_occluder", None, 8.0),
+        ("thin_occluder", Some(1.2), 0.1),
+    ] {
+        let of = |technique, preset, at| figure(&gpu, name, technique, preset, pairs, at);
+        let screen = of("gtao", "default", fatal);
+        assert!(screen.0 > 0.15, "{name}: {screen:?}");
+        if let Some(harmless) = harmless {
+            let solid = of("gtao", "default", harmless);
+            assert!(
+                solid.1 == Verdict::Pass && 2.0 * solid.0 < screen.0,
+                "{solid:?}"
+            );
+        }
+        let rays = of("ray-traced", "accurate", fatal);
+        assert!(
+            rays.1 == Verdict::Pass && 5.0 * rays.0 < screen.0,
+            "{name}: {rays:?}"
+        );
+    }
+}
+
+/// Half floats keep the hue of dim light down to their smallest numbers, and rays at any level.
+#[test]
+fn dim_light_loses_its_hue_in_half_floats() {
+    let gpu = gpu();
+    let of = |technique, preset, at| figure(&gpu, "colour_banding", technique, preset, &[], at);
+    assert_eq!(of("voxel-mips", "accurate", 1.0).1, Verdict::Pass);
+    assert_eq!(of("voxel-mips", "accurate", 1e-6).1, Verdict::Fail);
+    assert_eq!(of("ray-traced", "default", 1e-6).1, Verdict::Pass);
+}
+
+/// Samples of the papers' cones draw rings under a plate that hangs low; a high one none.
+#[test]
+fn rings_grow_under_a_low_plate() {
+    let gpu = gpu();
+    let of = |height| {
+        figure(
+            &gpu,
+            "circular_bands",
+            "voxel-mips",
+            "textbook",
+            &[],
+            height,
+        )
+        .0
+    };
+    let [high, low] = [8.0, 3.0].map(of);
+    assert!(high < 0.01 && low > high + 0.005, "{high}, {low}");
+}
+
 /// Where the scene lies in the grid, and how it is turned, matters more the coarser the voxels are;
 /// the picture of a technique without light never changes.
 #[test]

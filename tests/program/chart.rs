@@ -465,7 +465,7 @@ fn failure_modes_stand_beside_the_picks() {
             )
     );
     assert!(
-        !html.contains("Not measured.") && html.contains("without 37 of 39 failure modes"),
+        !html.contains("Not measured.") && html.contains("without 42 of 44 failure modes"),
         "two failure modes of its own settings were measured"
     );
     assert!(

@@ -132,7 +132,8 @@ void main() {
         visibility +=
             length(in_slice) * (arc(h_ahead, normal_angle) + arc(h_behind, normal_angle));
     }
-    visibility = clamp(visibility / float(params.slices), 0.0, 1.0);
+    // One slice may see more than 1: that is right in the mean over pixels and slices.
+    visibility /= float(params.slices);
     vec3 irradiance = params.has_sky == 0u
         ? vec3(0.0)
         : PI * visibility * environment_around(normal, PI);

@@ -113,7 +113,7 @@ impl Depths {
             x.hypot(y) * ends.map(arc).iter().sum::<f64>()
         };
         let sum: f64 = (0..search.slices).map(slice).sum();
-        (sum / f64::from(search.slices)).clamp(0.0, 1.0)
+        sum / f64::from(search.slices)
     }
 
     /// The direction on the picture in which a point at an offset from the eye moves along a

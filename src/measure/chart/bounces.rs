@@ -71,11 +71,13 @@ fn ends(setting: &Setting) -> Vec<String> {
     }
 }
 
-/// The numbers of bounces at which points were judged, without those that have all.
+/// The numbers of bounces at which points were judged, without those that have all; none where
+/// visibility is compared.
 pub(super) fn judged(points: &[Point]) -> Vec<Bounces> {
     let mut bounces: Vec<Bounces> = points
         .iter()
-        .filter(|point| point.error.is_some() && point.bounces != Bounces::Full)
+        .filter(|point| point.error.is_some() && point.setup.visibility.is_none())
+        .filter(|point| point.bounces != Bounces::Full)
         .map(|point| point.bounces)
         .collect();
     bounces.sort();

@@ -172,6 +172,15 @@ impl SweepSetup {
         }
     }
 
+    /// The bounces of the reference of a case: visibility has none, and takes one for all.
+    pub fn bounces_of(&self, case: &Case) -> Bounces {
+        if self.visibility.is_some() {
+            Bounces::Count(1)
+        } else {
+            bounces_of(case)
+        }
+    }
+
     /// The key of a case: a hash of all that its result depends on.
     pub fn key(&self, case: &Case) -> String {
         let settings: Vec<String> = case
@@ -245,7 +254,7 @@ impl Point {
         };
         let point_error = in_blocks.as_ref().and_then(PointError::of);
         let is_dark =
-            error.is_some() && point_error.is_none() && bounces_of(case) != Bounces::Count(0);
+            error.is_some() && point_error.is_none() && setup.bounces_of(case) != Bounces::Count(0);
         let dark = || {
             let what = setup.compared();
             format!("the reference shows no {what}, to which an error could be relative")
@@ -261,7 +270,7 @@ impl Point {
             changes: case.changes(),
             settings: case.settings.iter().map(text).collect(),
             voxel_size_m: report.voxel_size_m,
-            bounces: bounces_of(case),
+            bounces: setup.bounces_of(case),
             failure: report.failure.clone().or_else(|| is_dark.then(dark)),
             refused: report.refused.clone(),
             totals: report.totals.clone(),

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::front::near_front;
 use super::pictures::PictureFolder;
-use super::point::{Cost, Point, SweepSetup, bounces_of};
+use super::point::{Cost, Point, SweepSetup};
 use super::section::Section;
 use crate::graph::{Error, Gpu};
 use crate::image::Image;
@@ -339,7 +339,7 @@ impl SweepRun<'_> {
             progress(Progress::Refused);
             return Ok(());
         }
-        let index = self.reference(bounces_of(case), progress)?;
+        let index = self.reference(sweep.setup.bounces_of(case), progress)?;
         let reference = &self.references[index];
         progress(Progress::Case(case));
         let is_compiled = !self.compiled.insert(sweep.key(case));

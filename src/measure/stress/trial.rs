@@ -139,7 +139,12 @@ impl Trial<'_> {
         Ok((image.indirect(), image.guide))
     }
 
-    fn still_reference(&self, scene: &Scene, times: u32) -> Result<ReferenceImage, StressError> {
+    /// The reference of a still scene; `times` as many samples as usual.
+    pub(super) fn still_reference(
+        &self,
+        scene: &Scene,
+        times: u32,
+    ) -> Result<ReferenceImage, StressError> {
         let settings = self.reference_settings(times * self.effort.spp);
         Ok(cached(scene, &settings, &self.memo.cache, &|_| {})?)
     }

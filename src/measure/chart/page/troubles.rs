@@ -315,7 +315,7 @@ mod tests {
             "<b class=\"warn\">Visible: </b>rotation from 6 up<",
             "<b class=\"warn\">No figure, the device refused: </b>triangle_count at 5e6<",
             "leak up to 0.01",
-            "without 34 of 39 failure modes",
+            "without 39 of 44 failure modes",
             "<code>lumivox stress --technique svo",
             "svo cones 64³ (quick)<",
             "<b class=\"fail\">fail from 0.5 down</b><br><small>energy_error 0.987</small>",
