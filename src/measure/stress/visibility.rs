@@ -44,8 +44,8 @@ pub(super) static THIN_OCCLUDER: StressCase = StressCase {
 pub(super) static CIRCULAR_BANDS: StressCase = StressCase {
     name: "circular_bands",
     help: "a plate hangs over a floor: samples whose size doubles from level to level draw rings \
-           around it; the figure is the RMS of what the error of a pixel's ambient visibility is off \
-           the mean of its neighbours'",
+           around it; the figure is the RMS of what the error of a pixel's ambient visibility is \
+           off the mean of its neighbours'",
     source: "Kahl 2019, section 6.3.1: non-smooth circular degradation; section 6.2.2: sizes of \
              samples are powers of two",
     severity: "height of the plate [voxels]",
@@ -82,8 +82,8 @@ fn under_a_plate(height_m: f32) -> Scene {
     mesh.into_scene("under_a_plate", Vec::new(), Vec3::ONE, seen)
 }
 
-/// RMS over pixels of the floor of e − (e₋ + e₊)/2 with the pixels at [`APART`] to both sides, along
-/// rows and columns, over the mean of V: e is the error of V. The reference's noise, whose variance
+/// RMS over pixels of the floor of e − (e₋ + e₊)/2 with the pixels at [`APART`] to both sides,
+/// along rows and columns, over the mean of V: e is the error of V. The reference's noise, whose variance
 /// is V (1 − V)/n of n samples, is taken off.
 fn ripple(open: &Image, truth: &ReferenceImage) -> Result<f64, StressError> {
     let (width, seen) = (open.width as usize, &truth.guide);
