@@ -31,6 +31,7 @@ mod reference;
 mod repository;
 mod scene;
 mod sky;
+mod sources;
 mod spherical_harmonics;
 mod sun;
 #[cfg(feature = "view")]

@@ -83,8 +83,8 @@ fn under_a_plate(height_m: f32) -> Scene {
 }
 
 /// RMS over pixels of the floor of e − (e₋ + e₊)/2 with the pixels at [`APART`] to both sides,
-/// along rows and columns, over the mean of V: e is the error of V. The reference's noise, whose variance
-/// is V (1 − V)/n of n samples, is taken off.
+/// along rows and columns, over the mean of V: e is the error of V. The reference's noise is taken
+/// off, whose variance is V (1 − V)/n of n samples.
 fn ripple(open: &Image, truth: &ReferenceImage) -> Result<f64, StressError> {
     let (width, seen) = (open.width as usize, &truth.guide);
     let is_floor = |at: usize| seen.is_surface(at) && seen.position[at].y < 1e-3;
