@@ -227,7 +227,8 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
         let bounces = self.store.light_settings().bounces;
         let count = bounces.before_the_picture();
         let lights = light_inputs(given, &self.triangles);
-        let is_still = given.is_still && !std::mem::take(&mut self.is_late);
+        let is_late = std::mem::take(&mut self.is_late);
+        let is_still = given.is_still && !is_late;
         if !is_still {
             self.store.forget_lights();
         } else if bounces != LightBounces::Feedback && self.store.is_lit() {
