@@ -645,6 +645,9 @@ fn clear_materials_are_sheets_or_bodies() {
         let obj = format!("mtllib scene.mtl\n{SQUARE}usemtl m\nf 1 2 3\n");
         let scene = load_obj(folder.path(), &obj, &format!("newmtl m\n{lines}\n"));
         let one = scene.materials[0].transmission?;
+        let again = tempfile::tempdir().unwrap();
+        let written = load(&scene.write(again.path()).unwrap());
+        assert_eq!(written.materials[0].transmission, Some(one));
         Some((one.share, one.filter.to_array(), one.index))
     };
     assert_eq!(clear("d 1\nNi 1.5\nTf 0.5\nillum 7"), None);

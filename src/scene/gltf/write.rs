@@ -68,6 +68,12 @@ impl Scene {
         if !self.environment.is_black() {
             log::warn!("{path}: glTF has no environment; it is left out");
         }
+        for material in (self.materials.iter()).filter(|one| one.transmission.is_some()) {
+            log::warn!(
+                "{path}: `{}` is written as opaque; what is clear of it goes into MTL alone",
+                material.name
+            );
+        }
         let is_free = |model: &&Model| model.dynamic && model.motion.is_none();
         for model in self.models.iter().filter(is_free) {
             log::warn!(
