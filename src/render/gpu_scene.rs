@@ -469,10 +469,9 @@ impl GpuScene {
         {
             self.emitters = emitters(scene);
         }
-        dynamic.positions = positions;
-        let positions = dynamic.positions.iter().map(Vec3::to_array);
+        let rows = positions.iter().map(Vec3::to_array);
         let normals = dynamic.vertices_in(scene).map(|vertex| vertex.normal);
-        let moved: Vec<[f32; 3]> = positions.chain(normals).collect();
+        let moved: Vec<[f32; 3]> = rows.chain(normals).collect();
         let staging = gpu.stage("scene.dynamic_vertices", cast_slice(&moved))?;
         let mut frame = Frame::new();
         for (first, range) in dynamic.packed() {
@@ -490,6 +489,8 @@ impl GpuScene {
             }
         }
         gpu.enqueue(frame);
+        // Where the device has them: a pose that failed is told again.
+        dynamic.positions = positions;
         Ok(true)
     }
 
