@@ -1,6 +1,7 @@
 //! Cone sets and cone marching, shared by the voxel techniques.
 
 mod march;
+mod occlusion;
 pub mod oracle;
 pub(in crate::gi) mod patches;
 mod sets;

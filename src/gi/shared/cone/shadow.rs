@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::march::MarchSettings;
+use super::march::{ConeSettings, MarchSettings};
 use super::tracer::ConeTracer;
 use super::volume::{ConeOutput, March, Volume};
 use crate::gi::entry::Stage;
@@ -72,6 +72,11 @@ pub(in crate::gi) const OBSCURE: [Binding; 4] = [
 pub static SOFT_SHADOWS: Stage = Stage::picture("soft shadows", &["cone.shadow", "cone.patches"]);
 
 impl ConeTracer {
+    /// How cones to lights are marched.
+    fn to_lights(&self) -> ConeSettings {
+        self.settings.of_kind(self.shadow_kind)
+    }
+
     /// Adds the direct light of all lights, each seen by a cone; nothing where the settings leave
     /// shadows to maps.
     pub fn shadow(
@@ -85,7 +90,7 @@ impl ConeTracer {
         let Some(tan_half) = self.shadow_tan_half else {
             return;
         };
-        let s = self.settings.of_kind(self.shadow_kind);
+        let s = self.to_lights();
         let specular = gbuffer.specular.as_ref().unwrap_or(&gbuffer.albedo);
         let mut dispatches = s.dispatches(frame.loops(), volume, scene.lights.len() as u32);
         if dispatches.is_empty() {
@@ -136,7 +141,7 @@ impl ConeTracer {
         let Some(tan_half) = self.shadow_tan_half else {
             return;
         };
-        let s = self.settings.of_kind(self.shadow_kind);
+        let s = self.to_lights();
         let light_count = scene.lights.len() as u32;
         for [first_light, end_light] in s.dispatches(frame.loops(), volume, light_count) {
             let params = ObscureParams {

@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use super::march::{ConeKind, ConeSettings, MarchSettings};
+use super::occlusion::OcclusionCones;
 use super::sets::{ConeSet, cone_set, diffuse_set};
 use super::volume::{ConeOutput, FaceWeights, March, Volume};
 use crate::gi::Settings;
@@ -101,7 +102,7 @@ pub(in crate::gi) const BOUNCE: [Binding; 3] = [
 ];
 
 /// tan(γ/2) of a full angle.
-fn tan_half(degrees: f32) -> f32 {
+pub(super) fn tan_half(degrees: f32) -> f32 {
     (0.5 * degrees.to_radians()).tan()
 }
 
@@ -110,11 +111,11 @@ pub(super) struct DeviceSet {
     pub(super) cones: Arc<Buffer>,
     pub(super) count: u32,
     pub(super) jitter: f32,
-    is_narrow: bool,
+    pub(super) is_narrow: bool,
 }
 
 impl DeviceSet {
-    fn new(gpu: &Gpu, name: &str, set: &ConeSet) -> Result<Self, Error> {
+    pub(super) fn new(gpu: &Gpu, name: &str, set: &ConeSet) -> Result<Self, Error> {
         let is_narrow = set
             .cones
             .iter()
@@ -140,16 +141,6 @@ impl DeviceSet {
     }
 }
 
-/// Cones of the ambient visibility alone.
-struct OcclusionCones {
-    set: DeviceSet,
-    kind: ConeKind,
-    /// Longest reach (m); 0: to the end of the grid.
-    reach_m: f32,
-    /// λ of a sample's distance, and of the cone's radius there (1/m).
-    falloffs: [f32; 2],
-}
-
 /// Cone sets on the device, and how they are traced.
 pub struct ConeTracer {
     pub(super) settings: ConeSettings,
@@ -158,7 +149,7 @@ pub struct ConeTracer {
     /// Of a voxel, where voxels gather.
     bounce_set: Option<DeviceSet>,
     /// Of a pixel's ambient visibility, where it has cones of its own.
-    occlusion: Option<OcclusionCones>,
+    pub(super) occlusion: Option<OcclusionCones>,
     /// tan(γ/2) of the cone to a light; absent where shadow maps say what hides it.
     pub(super) shadow_tan_half: Option<f32>,
     /// tan(γ/2) of the specular cone; 0: by the lobe.
@@ -221,28 +212,7 @@ impl ConeTracer {
         }
         let aperture_scale = settings.number("aperture_scale");
         let set = DeviceSet::new(gpu, "cone.set", &diffuse_set(settings))?;
-        let occlusion = match settings.count("occlusion_cones") {
-            0 => None,
-            count => {
-                let mut set = cone_set(count, true, aperture_scale);
-                let aperture = settings.number("occlusion_aperture");
-                if aperture > 0.0 {
-                    let cones = set.cones.iter_mut();
-                    cones.for_each(|cone| cone.tan_half_aperture = tan_half(aperture));
-                }
-                let falloff = settings.number("occlusion_falloff");
-                Some(OcclusionCones {
-                    set: DeviceSet::new(gpu, "cone.occlusion_set", &set)?,
-                    kind: occlusion_kind,
-                    reach_m: settings.number("occlusion_distance"),
-                    falloffs: if settings.is("occlusion_weight", "radius") {
-                        [0.0, falloff]
-                    } else {
-                        [falloff, 0.0]
-                    },
-                })
-            }
-        };
+        let occlusion = OcclusionCones::new(gpu, settings, occlusion_kind)?;
         let bounce_set = cone_set(settings.count("bounce_directions"), true, aperture_scale);
         Ok(ConeTracer {
             settings: ConeSettings {
@@ -300,50 +270,12 @@ impl ConeTracer {
     pub fn needs_matter(&self) -> bool {
         self.skips_empty
             || self.has_shadows()
-            || self
-                .occlusion
-                .as_ref()
-                .is_some_and(|cones| cones.set.is_narrow)
+            || (self.occlusion.as_ref()).is_some_and(OcclusionCones::is_narrow)
     }
 
     /// Adds the diffuse gather.
     pub fn gather(&self, frame: &mut Frame, receivers: &Receivers<'_>, volume: Volume<'_>) {
         self.add_gather(frame, receivers, volume, ConeOutput::Light);
-    }
-
-    /// Adds the ambient visibility by cones of its own to what was gathered; nothing where the
-    /// settings have none.
-    pub fn occlusion(&self, frame: &mut Frame, receivers: &Receivers<'_>, volume: Volume<'_>) {
-        let Some(OcclusionCones {
-            set,
-            kind,
-            reach_m,
-            falloffs: [ao_falloff, radius_falloff],
-        }) = &self.occlusion
-        else {
-            return;
-        };
-        let settings = ConeSettings {
-            max_distance_m: *reach_m,
-            ao_falloff: *ao_falloff,
-            radius_falloff: *radius_falloff,
-            ..self.settings.of_kind(*kind)
-        };
-        let march = March::new(set.is_narrow, ConeOutput::Light, settings.face_weights);
-        for params in gather_params(frame.loops(), &settings, set, volume) {
-            let params = ConeParams {
-                is_occlusion: 1,
-                ..params
-            };
-            volume
-                .pass(frame, &volume.passes.occlusion, march)
-                .bind("view_depth", receivers.view_depth)
-                .bind("normals", receivers.normals)
-                .bind("cones", &set.cones)
-                .bind("indirect_diffuse", receivers.light)
-                .push(&params)
-                .dispatch(receivers.groups());
-        }
     }
 
     fn add_gather(
@@ -504,7 +436,7 @@ impl ConeSettings {
 }
 
 /// What `cone.gather` and `cone.occlusion` are told, dispatch by dispatch.
-fn gather_params(
+pub(super) fn gather_params(
     loops: Loops,
     s: &ConeSettings,
     set: &DeviceSet,
