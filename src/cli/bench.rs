@@ -23,10 +23,10 @@ use crate::scene::Scene;
 
 use super::CliError;
 use super::common::{
-    DeviceArgs, LoadArgs, TimingArgs, bad_setting, check_max_error, parse_channel, parse_seconds,
-    parse_size, progress_bar, reference, say, warn_of_idle_in,
+    DeviceArgs, LoadArgs, TimingArgs, bad_setting, parse_channel, parse_seconds, parse_size,
+    progress_bar, say, warn_of_idle_in,
 };
-use super::compared::ComparedArgs;
+use super::compared::{ComparedArgs, check_max_error, reference};
 use super::files::check_results_folder;
 use super::frame::FrameArgs;
 use super::stop;

@@ -9,11 +9,11 @@ use crate::gi::entry::Entry;
 use crate::gi::registry::{DEFAULT, find, owners};
 use crate::gi::{SettingError, Settings};
 use crate::graph::{DeviceChoice, Faults, GpuOptions, ScreenFormat};
-use crate::measure::bench::{Case, Truth, choose_timing};
+use crate::measure::bench::{Case, choose_timing};
 use crate::measure::chart::quoted;
 use crate::measure::report::Timing;
 use crate::metrics::Channel;
-use crate::reference::{Bounces, MAX_SIZE_PX, Occlusion, cache_dir, cached};
+use crate::reference::{MAX_SIZE_PX, cache_dir};
 use crate::scene::{LoadOptions, Scene, Up};
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -334,29 +334,6 @@ fn parse_timing(text: &str) -> Result<Timing, String> {
         "device" | "timestamps" => Ok(Timing::Timestamps),
         _ => Err(String::from("write host or device")),
     }
-}
-
-/// What is compared of the reference, to a standard error: the indirect light, or the ambient
-/// visibility of a definition. It is from the cache where it is there.
-pub(super) fn reference(
-    scene: &Scene,
-    size: [u32; 2],
-    bounces: Bounces,
-    (max_error, visibility): (f64, Option<Occlusion>),
-) -> Result<Truth, CliError> {
-    let image = cached(
-        scene,
-        &Truth::settings(size, bounces, max_error, visibility),
-        &cache_dir(),
-        &|_| {},
-    )
-    .map_err(CliError::input)?;
-    Ok(Truth::of(image, bounces, visibility))
-}
-
-/// An error unless the reference's noise can be brought below this.
-pub(super) fn check_max_error(max_error: f64) -> Result<(), CliError> {
-    check_positive("--max-error", Some(max_error as f32))
 }
 
 /// What went wrong with the standard output, if anything.

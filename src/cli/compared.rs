@@ -1,6 +1,8 @@
-//! What of a picture is compared with the reference, as options.
+//! What of a picture is compared with the reference, as options, and that reference.
 
-use crate::reference::Occlusion;
+use crate::measure::bench::Truth;
+use crate::reference::{Bounces, Occlusion, cache_dir, cached};
+use crate::scene::Scene;
 
 use super::CliError;
 use super::common::check_positive;
@@ -65,4 +67,27 @@ impl ComparedArgs {
             )),
         }
     }
+}
+
+/// What is compared of the reference, to a standard error: the indirect light, or the ambient
+/// visibility of a definition. It is from the cache where it is there.
+pub(super) fn reference(
+    scene: &Scene,
+    size: [u32; 2],
+    bounces: Bounces,
+    (max_error, visibility): (f64, Option<Occlusion>),
+) -> Result<Truth, CliError> {
+    let image = cached(
+        scene,
+        &Truth::settings(size, bounces, max_error, visibility),
+        &cache_dir(),
+        &|_| {},
+    )
+    .map_err(CliError::input)?;
+    Ok(Truth::of(image, bounces, visibility))
+}
+
+/// An error unless the reference's noise can be brought below this.
+pub(super) fn check_max_error(max_error: f64) -> Result<(), CliError> {
+    check_positive("--max-error", Some(max_error as f32))
 }

@@ -13,9 +13,9 @@ use crate::text::counted;
 
 use super::CliError;
 use super::common::{
-    DeviceArgs, SceneArgs, TechniqueArgs, TimingArgs, check_max_error, parse_channel, parse_size,
-    progress_bar, reference, say,
+    DeviceArgs, SceneArgs, TechniqueArgs, TimingArgs, parse_channel, parse_size, progress_bar, say,
 };
+use super::compared::{check_max_error, reference};
 use super::files::Files;
 use super::frame::FrameArgs;
 use super::suited::{Chosen, Suiting};

@@ -172,6 +172,22 @@ impl SweepSetup {
         }
     }
 
+    /// What the reference of points of these bounces is, in words: of visibility, which occluders
+    /// count.
+    pub fn judged_by(&self, bounces: Bounces) -> String {
+        let Some(occlusion) = self.visibility else {
+            return bounces_text(bounces);
+        };
+        let within = occlusion.distance_m.map_or(String::new(), |distance_m| {
+            format!(" within {distance_m} m")
+        });
+        let falloff = match occlusion.falloff {
+            0.0 => String::new(),
+            falloff => format!(", 1/(1 + {falloff} r)"),
+        };
+        format!("visibility{within}{falloff}")
+    }
+
     /// The bounces of the reference of a case: visibility has none, and takes one for all.
     pub fn bounces_of(&self, case: &Case) -> Bounces {
         if self.visibility.is_some() {
@@ -458,6 +474,28 @@ pub(super) mod tests {
 
     /// A record is found again only for the same case of the same setup: whatever can change a
     /// figure changes the key.
+    /// A chart of visibility says which occluders count, and nothing of bounces.
+    #[test]
+    fn visibility_is_told_with_its_definition() {
+        let of = |visibility| {
+            let setup = SweepSetup {
+                visibility,
+                ..point("lpv", 1, [1.0, 1.0], 0, 0.1).setup
+            };
+            setup.judged_by(Bounces::Count(1))
+        };
+        let occluders = |distance_m, falloff| {
+            Some(Occlusion {
+                distance_m,
+                falloff,
+            })
+        };
+        assert_eq!(of(None), "1 bounce");
+        assert_eq!(of(occluders(None, 0.0)), "visibility");
+        assert_eq!(of(occluders(Some(0.5), 0.0)), "visibility within 0.5 m");
+        assert_eq!(of(occluders(None, 2.0)), "visibility, 1/(1 + 2 r)");
+    }
+
     #[test]
     fn keys_tell_everything_apart() {
         let changes: [fn(&mut SweepSetup); 13] = [

@@ -2,7 +2,7 @@
 
 use super::front::{Price, distinct_front, front, near_front};
 use super::machine::Machine;
-use super::point::{Cost, Point, bounces_text};
+use super::point::{Cost, Point};
 use crate::graph::Spread;
 use crate::measure::build::commit;
 use crate::measure::draw::{Chart, FrontPoint, Panels, PointPanel, Series, short};
@@ -393,14 +393,15 @@ impl Section {
             }
         };
         let noise = Some(self.noise(&group.points)).filter(|noise| *noise > 0.0);
+        let setup = &self.points[group.points[0]].setup;
         PointPanel {
             title: format!(
                 "{}: {}, the numbered ones are the Pareto front",
-                bounces_text(group.bounces),
+                setup.judged_by(group.bounces),
                 counted(group.points.len(), "point")
             ),
             x_label: cost.axis().to_owned(),
-            y_label: format!("rel_rmse of {} [%]", self.compared()),
+            y_label: format!("rel_rmse of {} [%]", setup.compared()),
             series,
             front: self
                 .line(cost, group)
@@ -409,12 +410,6 @@ impl Section {
                 .collect(),
             floor: noise.map(|noise| (100.0 * noise, "the reference's own noise".to_owned())),
         }
-    }
-
-    /// What is compared, in words.
-    fn compared(&self) -> &'static str {
-        let first = self.points.first();
-        first.map_or("indirect light", |point| point.setup.compared())
     }
 
     /// All points as comma-separated values (RFC 4180).

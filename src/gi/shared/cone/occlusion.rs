@@ -1,5 +1,5 @@
-//! Ambient visibility by cones of its own: a set, a reach and a falloff apart from those that gather
-//! light (Hong 2015, section 2.5.3.3.8; Villegas & Ramírez, section VIII-B).
+//! Ambient visibility by cones of its own: a set, a reach and a falloff apart from those that
+//! gather light (Hong 2015, section 2.5.3.3.8; Villegas & Ramírez, section VIII-B).
 
 use super::march::{ConeKind, ConeSettings};
 use super::sets::cone_set;
