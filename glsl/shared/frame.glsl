@@ -34,6 +34,8 @@ struct Light {
     vec4 power_outer;     // rgb: irradiance [W/m²] or intensity [W/sr]; w: outer half angle [rad]
     // x: first light view for lookups anywhere; y: their number; zw: the same for what is seen
     uvec4 views;
+    // x: first row of its shadow of what is clear; y: rows along an edge of it; 0: it has none
+    uvec4 clear;
 };
 
 // Several buffers, since the size of one binding is limited and most passes read positions alone.

@@ -3,6 +3,7 @@
 #define LUMIVOX_LIGHT_VIEW
 
 #include "shared/frame.glsl"
+#include "shared/clear_shadow.glsl"
 
 // Whether a light has cascades. Passes do not declare this constant: the graph sets it from the
 // scene of the frame (Rust: graph::SCENE_CONSTANTS).
@@ -44,16 +45,18 @@ float light_falloff(Light light, vec3 direction) {
     return angle <= inner ? 1.0 : clamp((outer - angle) / max(outer - inner, 1e-6), 0.0, 1.0);
 }
 
-// Unit direction towards the light and the irradiance on a plane that faces it [W/m²].
+// Unit direction towards the light and the irradiance on a plane that faces it, where nothing but
+// what is clear is in the way [W/m²].
 vec3 light_irradiance(Light light, vec3 position, out vec3 to_light) {
     if (light.position_kind.w == LIGHT_DIRECTIONAL) {
         to_light = -light.direction_inner.xyz;
-        return light.power_outer.rgb;
+        return light.power_outer.rgb * clear_share(light, position);
     }
     vec3 offset = light.position_kind.xyz - position;
     float squared = max(dot(offset, offset), 1e-12);
     to_light = offset * inversesqrt(squared);
-    return light.power_outer.rgb * (light_falloff(light, -to_light) / squared);
+    return light.power_outer.rgb * (light_falloff(light, -to_light) / squared)
+        * clear_share(light, position);
 }
 
 #endif

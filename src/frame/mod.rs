@@ -10,8 +10,8 @@ use crate::gi::shared::screen::{self, Screen};
 use crate::gi::{Change, Context, IndirectLight, Inputs, MapNeeds, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Handover, HostCommands, Recorded};
 use crate::render::{
-    Follows, GBuffer, GpuScene, KEEP_POSE, LightCascades, LightMaps, Output, SET_POSE,
-    ShadowSettings, Watcher,
+    ClearSurfaces, Follows, GBuffer, GpuScene, KEEP_POSE, LightCascades, LightMaps, Output,
+    SET_POSE, ShadowSettings, Watcher,
 };
 use crate::scene::{Camera, Environment, Light, Scene};
 
@@ -45,6 +45,11 @@ pub static STAGES: &[&Stage] = &[
         part: Part::Shared,
         passes: &["render.gbuffer", "render.direct", "render.composite"],
     },
+    &Stage {
+        name: "clear surfaces",
+        part: Part::Shared,
+        passes: &["clear.shadow", "clear.enter", "clear.pass", "clear.cover"],
+    },
 ];
 
 /// What a technique is told about the renderer's state. (A method would borrow all of it.)
@@ -73,6 +78,7 @@ pub struct Renderer<'g> {
     small_rsm: Option<LightMaps>,
     gbuffer: GBuffer,
     output: Output,
+    clear: Option<ClearSurfaces>,
     screen: Screen,
     technique: Box<dyn Technique>,
     settings: FrameSettings,
@@ -158,6 +164,7 @@ impl<'g> Renderer<'g> {
         };
         let gbuffer = GBuffer::new(gpu, &scene, frame.size, follows)?;
         let output = Output::new(gpu, frame.size)?;
+        let clear = ClearSurfaces::new(gpu, &mut scene, technique.sees(), frame.size)?;
         Ok((
             Renderer {
                 gpu,
@@ -166,6 +173,7 @@ impl<'g> Renderer<'g> {
                 small_rsm,
                 gbuffer,
                 output,
+                clear,
                 screen,
                 technique,
                 settings: frame,
@@ -242,6 +250,17 @@ impl<'g> Renderer<'g> {
         self.gbuffer.keep_pose(self.gpu, &self.scene);
         let places = |scene: &GpuScene| scene.dynamic.as_ref().map(|models| models.bounds);
         let before = places(&self.scene);
+        let clear = self.clear.as_mut();
+        if (clear
+            .map(|clear| clear.set_pose(self.gpu, scene))
+            .transpose()?)
+        .unwrap_or(false)
+        {
+            self.is_still = false;
+            self.screen.expect_change(self.frames_to_rest);
+            // What reflective maps have of the lights has passed clear surfaces.
+            (self.all_maps_mut()).for_each(LightMaps::forget);
+        }
         let moved = self.scene.set_pose(self.gpu, scene);
         if matches!(moved, Ok(false)) {
             return Ok(stats);
@@ -279,6 +298,10 @@ impl<'g> Renderer<'g> {
         self.screen.expect_change(self.frames_to_rest);
         self.scene.move_lights(self.gpu, lights)?;
         self.scene.set_environment(self.gpu, environment)?;
+        if let Some(clear) = &mut self.clear {
+            clear.relight();
+            clear.set_environment(self.gpu, (&self.scene, environment))?;
+        }
         self.technique
             .follow(&context!(self), Change::Lights)
             .map(drop)
@@ -366,6 +389,9 @@ impl<'g> Renderer<'g> {
         stats.append(self.technique.follow(&context!(self), Change::Camera)?);
         let mut frame = Frame::new();
         frame.set_scene(&self.scene.set, &self.scene.materials);
+        if let Some(clear) = &self.clear {
+            clear.draw_shadows(&mut frame, &self.scene);
+        }
         self.maps.draw(&mut frame, &self.scene);
         if let Some(rsm) = &self.small_rsm {
             rsm.draw(&mut frame, &self.scene);
@@ -380,11 +406,17 @@ impl<'g> Renderer<'g> {
             is_still,
         };
         self.technique.update(&mut frame, &given);
-        let light = (self.screen).light(&mut frame, &given, &mut *self.technique);
+        let mut light = (self.screen).light(&mut frame, &given, &mut *self.technique);
         if !self.technique.shadow_direct(&mut frame, &given) {
             let maps = (&self.maps, &self.settings.shadows);
             self.output
                 .draw_direct(&mut frame, &self.scene, maps, &self.gbuffer);
+        }
+        if let Some(clear) = &self.clear {
+            let picture = (&self.scene, &self.gbuffer, &self.output);
+            light = clear.draw(&mut frame, picture, &light, |frame, sights| {
+                self.technique.see(frame, &given, sights);
+            });
         }
         self.output
             .draw_composite(&mut frame, &self.gbuffer, &light);
@@ -393,6 +425,7 @@ impl<'g> Renderer<'g> {
         self.gbuffer.keep_frame(&seen_with);
         self.screen.keep_frame(&seen_with);
         (self.all_maps_mut()).for_each(LightMaps::keep);
+        self.clear.iter_mut().for_each(ClearSurfaces::keep);
         stats.host = self.gpu.host_work().since(before);
         (self.is_whole, self.is_still) = (true, true);
         Ok((stats, taken))

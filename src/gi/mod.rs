@@ -30,7 +30,7 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use crate::graph::{Buffer, Error, Frame, FrameStats, Gpu, Image};
-use crate::render::{GBuffer, GpuScene, LightMaps, Receivers};
+use crate::render::{GBuffer, GpuScene, LightMaps, Receivers, SightRays};
 
 /// What a technique is made for, and where it stands.
 #[derive(Clone, Copy)]
@@ -211,6 +211,15 @@ pub trait Technique: Inspect {
     fn mirror(&mut self, _frame: &mut Frame, _given: &Inputs<'_>) -> Option<Arc<Image>> {
         None
     }
+
+    /// Whether [`Technique::see`] sees anything.
+    fn sees(&self) -> bool {
+        false
+    }
+
+    /// Adds the pass that says what is seen along given lines of sight, as it is lit in this frame:
+    /// for pixels that show what is behind something clear. The default sees nothing.
+    fn see(&mut self, _frame: &mut Frame, _given: &Inputs<'_>, _sights: SightRays<'_>) {}
 
     /// Adds the pass that casts rays of another technique through its store, as it is in this
     /// frame, where [`Wanted::casts`] was wanted of it.

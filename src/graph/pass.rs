@@ -7,13 +7,14 @@ use crate::shader::StructLayout;
 
 /// Numbers and names of the specialization constants that passes have besides those which they
 /// declare. They say what the frame's scene has: an environment by direction (`shared/sky.glsl`),
-/// cascades of a light (`shared/light_view.glsl`), textures of any kind, and textures of a specular
-/// lobe (`render/bvh/textures.glsl`).
-pub const SCENE_CONSTANTS: [(u32, &str); 4] = [
+/// cascades of a light (`shared/light_view.glsl`), textures of any kind, textures of a specular
+/// lobe (`render/bvh/textures.glsl`), and shadows of what is clear (`shared/clear_shadow.glsl`).
+pub const SCENE_CONSTANTS: [(u32, &str); 5] = [
     (64, "SKY"),
     (65, "CASCADES"),
     (66, "TEXTURED_SCENE"),
     (67, "LOBE_TEXTURES"),
+    (68, "CLEAR_SHADOWS"),
 ];
 
 /// One pass: its name, shaders, bindings (set 1) and parameters. The same name is its label, timer

@@ -33,6 +33,10 @@ pub struct SceneBindings {
     /// Binding 11: the environment by direction, an image that is only read from now on; one texel
     /// where it is the same from everywhere, and then `SKY` of [`super::SCENE_CONSTANTS`] is false.
     pub sky: Arc<Image>,
+    /// Binding 12: shadows of what is clear, a row a texel; any buffer where no light has them.
+    pub clear_shadows: Arc<Buffer>,
+    /// Whether lights have shadows of what is clear.
+    pub has_clear_shadows: bool,
     /// Whether a light has cascades.
     pub has_cascades: bool,
     /// Whether a material has a texture.
@@ -43,11 +47,12 @@ pub struct SceneBindings {
 
 /// Set 0: frame constants (0), samplers (1 linear clamp, 2 nearest clamp, 3 linear repeat),
 /// positions (4), normals (5) and texture coordinates (6) of vertices, vertices (7) and materials
-/// (8) of triangles, materials (9), lights (10), the environment by direction (11).
+/// (8) of triangles, materials (9), lights (10), the environment by direction (11), shadows of what
+/// is clear (12).
 pub struct SceneSet {
     pub(super) raw: vk::DescriptorSet,
     /// The storage buffers.
-    storage: [Arc<Buffer>; 7],
+    storage: [Arc<Buffer>; 8],
     /// Values of [`super::SCENE_CONSTANTS`].
     pub(super) has: [bool; SCENE_CONSTANTS.len()],
     /// The frame constants.
@@ -89,6 +94,7 @@ impl SharedSets {
                 &[T::SAMPLER; 3],
                 &[T::STORAGE_BUFFER; 7],
                 &[T::SAMPLED_IMAGE],
+                &[T::STORAGE_BUFFER],
             ]
             .concat(),
         )?;
@@ -141,6 +147,7 @@ impl SceneSet {
             &bindings.triangle_materials,
             &bindings.materials,
             &bindings.lights,
+            &bindings.clear_shadows,
         ]
         .map(Arc::clone);
         let mut descriptors = vec![Descriptor::Buffer(bindings.frame_uniform.raw())];
@@ -150,8 +157,9 @@ impl SceneSet {
                 .iter()
                 .map(|sampler| Descriptor::Sampler(sampler.raw())),
         );
+        let [buffers @ .., clear_shadows] = &storage;
         descriptors.extend(
-            storage
+            buffers
                 .iter()
                 .map(|buffer| Descriptor::Buffer(buffer.raw())),
         );
@@ -160,6 +168,7 @@ impl SceneSet {
             sky.view(0..sky.mips())?,
             vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL,
         ));
+        descriptors.push(Descriptor::Buffer(clear_shadows.raw()));
         sky.freeze();
         let pool = DescriptorPool::new(device, [&*shared.scene])?;
         let raw = pool.set("scene", &shared.scene, &descriptors)?;
@@ -171,6 +180,7 @@ impl SceneSet {
                 bindings.has_cascades,
                 bindings.has_textures,
                 bindings.has_lobe_textures,
+                bindings.has_clear_shadows,
             ],
             frame_uniform: Arc::clone(&bindings.frame_uniform),
             loops: device.adapter().loops,

@@ -9,6 +9,7 @@ use glam::Vec3;
 use super::sampler::Sampler;
 use super::world::{Surface, World};
 use crate::scene::Transmission;
+use crate::scene::clear::{fresnel, refract};
 use crate::scene::rays::{NO_TRIANGLE, Ray};
 
 /// Interfaces of one way, after which it ends: each is a mirror or a window, so that a ray in a
@@ -106,20 +107,6 @@ impl Glass {
     }
 }
 
-/// Cosine of the refracted direction; `None` where all light is mirrored.
-fn refract(cosine: f32, eta: f32) -> Option<f32> {
-    let squared = 1.0 - eta * eta * (1.0 - cosine * cosine);
-    (squared > 0.0).then(|| squared.sqrt())
-}
-
-/// Reflectance of unpolarised light, from the cosines on both sides and the index of the side that
-/// it comes from over the other.
-fn fresnel(cosine: f32, refracted: f32, eta: f32) -> f32 {
-    let across = (eta * cosine - refracted) / (eta * cosine + refracted);
-    let within = (cosine - eta * refracted) / (cosine + eta * refracted);
-    0.5 * (across * across + within * within)
-}
-
 impl World<'_> {
     /// What a ray meets behind all that is clear. Random numbers are drawn where it meets something
     /// clear alone.
@@ -157,14 +144,13 @@ impl World<'_> {
             throughput: Vec3::ONE,
             surface: None,
             ray: surface.ray(surface.normal),
-            is_bent: true,
+            is_bent: !glass.is_thin,
         };
         let passed = self.go_on(surface, glass, &mut first, sampler);
         let behind = self.see(passed, sampler);
         Seen {
             throughput: first.throughput * behind.throughput,
-            // Nothing aims at light through the picture's own surface.
-            is_bent: true,
+            is_bent: first.is_bent || behind.is_bent,
             ..behind
         }
     }
@@ -234,39 +220,5 @@ impl World<'_> {
     /// As [`World::clearness`], to no triangle.
     pub(super) fn clearness_to(&self, ray: &Ray, distance_m: f32) -> Vec3 {
         self.clearness(ray, distance_m, NO_TRIANGLE)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Normal incidence: ((n − 1)/(n + 1))². Brewster's angle: light in the plane is not mirrored,
-    /// and half of the rest's reflectance is left. Beyond the critical angle all is.
-    #[test]
-    fn fresnel_knows_its_angles() {
-        let n = 1.5f32;
-        let at = |cosine: f32, eta: f32| fresnel(cosine, refract(cosine, eta).unwrap_or(0.0), eta);
-        for eta in [n, 1.0 / n] {
-            assert!((at(1.0, eta) - 0.04).abs() < 1e-6);
-        }
-        let brewster = n.atan().cos();
-        let across = (1.0 - n * n) / (1.0 + n * n);
-        assert!((at(brewster, 1.0 / n) - 0.5 * across * across).abs() < 1e-6);
-        assert!(refract(0.74, n).is_none() && refract(0.76, n).is_some());
-        assert!(at(1e-4, 1.0 / n) > 0.999);
-    }
-
-    /// n sin θ is the same on both sides, and the way back is the way there.
-    #[test]
-    fn refraction_is_snells() {
-        for degrees in [5.0f32, 40.0, 80.0] {
-            let (sin, cos) = degrees.to_radians().sin_cos();
-            let inside = refract(cos, 1.0 / 1.4).unwrap_or(0.0);
-            assert!((1.4 * (1.0 - inside * inside).sqrt() - sin).abs() < 1e-5);
-            assert!((refract(inside, 1.4).unwrap_or(0.0) - cos).abs() < 1e-4);
-            let there = fresnel(cos, inside, 1.0 / 1.4);
-            assert!((there - fresnel(inside, cos, 1.4)).abs() < 1e-5);
-        }
     }
 }

@@ -146,10 +146,34 @@ impl World<'_> {
             terms.direct *= opaque;
             terms.diffuse *= opaque;
             let seen = self.see_through(surface, glass, sampler);
-            let through = self.brought_back(surface, seen, f32::INFINITY, beyond, sampler);
-            terms.specular = opaque * terms.specular + glass.share * through.radiance;
+            let through = self.shown(surface, seen, beyond, sampler);
+            terms.specular = opaque * terms.specular + glass.share * through;
         }
         terms
+    }
+
+    /// What is seen through a clear surface: straight, as if nothing were in front but what filters
+    /// it; bent, as in a mirror.
+    fn shown(
+        &self,
+        surface: &Surface,
+        seen: Seen,
+        beyond: Beyond<'_>,
+        sampler: &mut Sampler,
+    ) -> Vec3 {
+        match &seen.surface {
+            Some(next) if !seen.is_bent => {
+                // Its clear part was passed already.
+                let mut next = *next;
+                next.glass = None;
+                let terms = self.shade_first(&next, None, beyond, sampler);
+                seen.throughput * terms.radiance()
+            }
+            None if !seen.is_bent => {
+                seen.throughput * self.weighted_sky(seen.ray.direction, f32::INFINITY)
+            }
+            _ => (self.brought_back(surface, seen, f32::INFINITY, beyond, sampler)).radiance,
+        }
     }
 
     /// L_s, from what was sampled of emitters and the sky and from a ray scattered by the lobe.

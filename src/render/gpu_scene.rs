@@ -74,6 +74,9 @@ gpu_struct! {
         pub power_outer: [f32; 4],
         /// x: first light view; y: number of light views; zw: the same for what the camera sees.
         pub views: [u32; 4],
+        /// x: first row of its shadow of what is clear; y: rows along an edge of it, 0 where it has
+        /// none; zw: 0.
+        pub clear: [u32; 4],
     }
 }
 
@@ -146,6 +149,8 @@ pub struct GpuScene {
     /// The scene itself as it was uploaded, for what is worked out on the host of its geometry and
     /// materials.
     pub host: Arc<Scene>,
+    /// Surfaces of which more than half is clear, where there are any. They are in no buffer.
+    pub clear: Option<Arc<Scene>>,
     /// Set 0: the frame constants and the buffers of geometry, materials and lights.
     pub set: Arc<SceneSet>,
     /// Three corners of each triangle, for indexed draws (`vertex_of_corner` of shaders).
@@ -181,6 +186,8 @@ pub struct GpuScene {
     pub lights: Vec<Light>,
     /// How many maps directional lights have.
     pub cascades: LightCascades,
+    /// Rows along an edge of a light's shadow of what is clear; 0: they have none.
+    clear_shadow_edge: u32,
     /// Light from far away.
     pub environment: GpuEnvironment,
     /// What `set` shows.
@@ -324,10 +331,16 @@ pub(super) fn bytes_of_vectors(count: usize) -> u64 {
 pub static SET_POSE: &str = "scene.set_pose";
 
 impl GpuScene {
-    /// Uploads a scene, without surfaces of which more than half is clear.
+    /// Uploads a scene, without surfaces of which more than half is clear: those are
+    /// [`GpuScene::clear`].
     pub fn new(gpu: &Gpu, scene: &Scene) -> Result<Self, Error> {
-        let opaque = scene.without_clear();
-        let scene = opaque.as_ref();
+        let mut opaque = GpuScene::of_part(gpu, &scene.without_clear())?;
+        opaque.clear = scene.clear_part().map(Arc::new);
+        Ok(opaque)
+    }
+
+    /// Uploads all of a scene.
+    pub(super) fn of_part(gpu: &Gpu, scene: &Scene) -> Result<Self, Error> {
         let frame_uniform = gpu.create_buffer(&BufferDesc {
             name: "frame.constants".into(),
             size_bytes: size_of::<FrameConstants>() as u64,
@@ -373,8 +386,10 @@ impl GpuScene {
             materials: shared("scene.materials", cast_slice(&materials))?,
             lights: shared(
                 "scene.lights",
-                cast_slice(&gpu_lights(&scene.lights, LightCascades::ONE)),
+                cast_slice(&gpu_lights(&scene.lights, LightCascades::ONE, 0)),
             )?,
+            clear_shadows: shared("scene.no_clear_shadows", &[])?,
+            has_clear_shadows: false,
             sky: environment.image_or_none(gpu)?,
             has_cascades: false,
             has_textures: scene.materials.iter().any(|material| {
@@ -402,6 +417,8 @@ impl GpuScene {
         let material_textures: Vec<_> = scene.materials.iter().map(textures_of).collect();
         Ok(GpuScene {
             host: Arc::new(scene.clone()),
+            clear: None,
+            clear_shadow_edge: 0,
             set,
             corners: shared("scene.corners", cast_slice(&corners.indices))?,
             materials: material_sets(gpu, &textures, &material_textures)?,
@@ -442,7 +459,7 @@ impl GpuScene {
         self.buffers.lights = storage(
             gpu,
             ("scene.lights", Owner::Shared),
-            cast_slice(&gpu_lights(lights, self.cascades)),
+            cast_slice(&gpu_lights(lights, self.cascades, self.clear_shadow_edge)),
         )?;
         self.buffers.has_cascades = self.cascades.are_of(lights);
         self.set = gpu.create_scene_set(&self.buffers)?;
@@ -534,10 +551,27 @@ impl GpuScene {
         if !lights.is_empty() {
             gpu.upload_buffer(
                 &self.buffers.lights,
-                cast_slice(&gpu_lights(lights, self.cascades)),
+                cast_slice(&gpu_lights(lights, self.cascades, self.clear_shadow_edge)),
             )?;
         }
         self.lights = lights.to_vec();
+        Ok(())
+    }
+
+    /// Gives each light a shadow of what is clear, of which the caller writes the rows: this many
+    /// along an edge ([`clear_shadow_rows`]).
+    pub(super) fn set_clear_shadows(
+        &mut self,
+        gpu: &Gpu,
+        rows: &Arc<Buffer>,
+        edge: u32,
+    ) -> Result<(), Error> {
+        self.buffers.clear_shadows = Arc::clone(rows);
+        self.buffers.has_clear_shadows = true;
+        self.clear_shadow_edge = edge;
+        let lights = self.lights.clone();
+        self.move_lights(gpu, &lights)?;
+        self.set = gpu.create_scene_set(&self.buffers)?;
         Ok(())
     }
 
@@ -556,6 +590,16 @@ impl GpuScene {
     /// The positions of all vertices (m), a storage buffer with three numbers each.
     pub(super) fn positions(&self) -> &Arc<Buffer> {
         &self.buffers.positions
+    }
+
+    /// Whether a clear surface bounds a body that bends light.
+    pub fn has_clear_bodies(&self) -> bool {
+        self.clear.as_ref().is_some_and(|clear| {
+            let materials = clear.triangles.iter().map(|one| one.material as usize);
+            materials
+                .into_iter()
+                .any(|one| clear.materials[one].bends())
+        })
     }
 
     /// Whether some material has a normal map.
@@ -619,6 +663,11 @@ impl GpuScene {
         self.dynamic.as_ref().map_or(self.bounds, |dynamic| {
             union(self.bounds, dynamic.motion_bounds)
         })
+    }
+
+    /// The frame constants, for [`GpuScene::set_with`].
+    pub(super) fn frame_uniform(&self) -> Arc<Buffer> {
+        Arc::clone(&self.buffers.frame_uniform)
     }
 
     /// Set 0 with frame constants of another buffer.
@@ -716,10 +765,11 @@ fn gpu_material(material: &Material) -> GpuMaterial {
     }
 }
 
-fn gpu_lights(lights: &[Light], cascades: LightCascades) -> Vec<GpuLight> {
+/// `clear_edge`: rows along an edge of their shadows of what is clear, 0 where they have none.
+fn gpu_lights(lights: &[Light], cascades: LightCascades, clear_edge: u32) -> Vec<GpuLight> {
     let mut all = Vec::with_capacity(lights.len());
     let ranges = ViewRanges::of(lights, cascades).lights;
-    for (light, views) in lights.iter().zip(ranges) {
+    for (index, (light, views)) in (0u32..).zip(lights.iter().zip(ranges)) {
         let (kind, position, direction, power, inner_deg, outer_deg) = match *light {
             Light::Directional {
                 direction,
@@ -742,9 +792,15 @@ fn gpu_lights(lights: &[Light], cascades: LightCascades) -> Vec<GpuLight> {
             direction_inner: direction.extend(inner_deg.to_radians()).to_array(),
             power_outer: power.extend(outer_deg.to_radians()).to_array(),
             views,
+            clear: [index * clear_shadow_rows(clear_edge), clear_edge, 0, 0],
         });
     }
     all
+}
+
+/// Rows of a light's shadow of what is clear: where it is, and its texels.
+pub(super) fn clear_shadow_rows(edge: u32) -> u32 {
+    1 + edge * edge
 }
 
 /// Its textures of albedo, emission, normal, mask and lobe, as shaders number them.

@@ -3,6 +3,7 @@
 
 mod aov;
 pub mod bvh;
+pub mod clear;
 mod corners;
 pub mod emitters;
 mod environment;
@@ -18,6 +19,7 @@ pub use aov::{
     read_pixels, read_surface, share_of_spread,
 };
 pub(crate) use aov::{float_from_half, read_weights};
+pub use clear::{ClearSurfaces, SightRays};
 pub use emitters::Emitter;
 pub use environment::GpuEnvironment;
 pub(crate) use gpu_scene::storage;
@@ -63,6 +65,10 @@ pub static PASSES: &[&Pass] = &[
     &GBUFFER[10],
     &GBUFFER[11],
     &DIRECT,
+    &clear::SHADOW,
+    &clear::ENTER,
+    &clear::PASS,
+    &clear::COVER,
     &COMPOSITE,
     &PICK,
     &TERMS_VIEW,
@@ -74,4 +80,8 @@ pub static STRUCTS: &[StructLayout] = &[
     ("Material", GpuMaterial::FIELDS),
     ("Light", GpuLight::FIELDS),
     ("LightView", GpuLightView::FIELDS),
+    ("Clear", clear::GpuClear::FIELDS),
+    ("Way", clear::GpuWay::FIELDS),
+    ("SightRay", clear::GpuSightRay::FIELDS),
+    ("Sight", clear::GpuSight::FIELDS),
 ];

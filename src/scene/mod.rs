@@ -7,7 +7,7 @@
 mod assemble;
 pub mod bundled;
 mod camera;
-mod clear;
+pub(crate) mod clear;
 mod clear_sky;
 mod environment;
 mod error;

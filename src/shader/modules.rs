@@ -237,6 +237,19 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         "gi/ray_traced/mirror_query.comp",
         include_bytes!("../../spirv/gi/ray_traced/mirror_query.comp.spv"),
     ),
+    ("gi/ray_traced/see.comp", include_bytes!("../../spirv/gi/ray_traced/see.comp.spv")),
+    (
+        "gi/ray_traced/see_cached.comp",
+        include_bytes!("../../spirv/gi/ray_traced/see_cached.comp.spv"),
+    ),
+    (
+        "gi/ray_traced/see_cached_query.comp",
+        include_bytes!("../../spirv/gi/ray_traced/see_cached_query.comp.spv"),
+    ),
+    (
+        "gi/ray_traced/see_query.comp",
+        include_bytes!("../../spirv/gi/ray_traced/see_query.comp.spv"),
+    ),
     (
         "gi/shared/interleave/deinterleave.comp",
         include_bytes!("../../spirv/gi/shared/interleave/deinterleave.comp.spv"),
@@ -472,6 +485,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/voxel_cones/clipmap/patches.comp.spv"),
     ),
     (
+        "gi/voxel_cones/clipmap/see.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/clipmap/see.comp.spv"),
+    ),
+    (
         "gi/voxel_cones/clipmap/shadow.comp",
         include_bytes!("../../spirv/gi/voxel_cones/clipmap/shadow.comp.spv"),
     ),
@@ -558,6 +575,10 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     (
         "gi/voxel_cones/mips/reduce_matter.comp",
         include_bytes!("../../spirv/gi/voxel_cones/mips/reduce_matter.comp.spv"),
+    ),
+    (
+        "gi/voxel_cones/mips/see.comp",
+        include_bytes!("../../spirv/gi/voxel_cones/mips/see.comp.spv"),
     ),
     (
         "gi/voxel_cones/mips/shadow.comp",
@@ -695,6 +716,7 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         "gi/voxel_cones/svo/scan_nodes.comp",
         include_bytes!("../../spirv/gi/voxel_cones/svo/scan_nodes.comp.spv"),
     ),
+    ("gi/voxel_cones/svo/see.comp", include_bytes!("../../spirv/gi/voxel_cones/svo/see.comp.spv")),
     (
         "gi/voxel_cones/svo/shadow.comp",
         include_bytes!("../../spirv/gi/voxel_cones/svo/shadow.comp.spv"),
@@ -730,6 +752,22 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
     (
         "gi/voxel_cones/svo/write_normals.comp",
         include_bytes!("../../spirv/gi/voxel_cones/svo/write_normals.comp.spv"),
+    ),
+    ("render/clear/cover.comp", include_bytes!("../../spirv/render/clear/cover.comp.spv")),
+    ("render/clear/enter.comp", include_bytes!("../../spirv/render/clear/enter.comp.spv")),
+    (
+        "render/clear/enter_query.comp",
+        include_bytes!("../../spirv/render/clear/enter_query.comp.spv"),
+    ),
+    ("render/clear/pass.comp", include_bytes!("../../spirv/render/clear/pass.comp.spv")),
+    (
+        "render/clear/pass_query.comp",
+        include_bytes!("../../spirv/render/clear/pass_query.comp.spv"),
+    ),
+    ("render/clear/shadow.comp", include_bytes!("../../spirv/render/clear/shadow.comp.spv")),
+    (
+        "render/clear/shadow_query.comp",
+        include_bytes!("../../spirv/render/clear/shadow_query.comp.spv"),
     ),
     (
         "render/lights/light_cascade.vert",

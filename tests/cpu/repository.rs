@@ -533,7 +533,7 @@ fn fits_scene(binding: u32, kind: &DescriptorType) -> bool {
     match binding {
         0 => matches!(kind, DescriptorType::UniformBuffer()),
         1..=3 => matches!(kind, DescriptorType::Sampler()),
-        4..=10 => matches!(kind, DescriptorType::StorageBuffer(AccessType::ReadOnly)),
+        4..=10 | 12 => matches!(kind, DescriptorType::StorageBuffer(AccessType::ReadOnly)),
         11 => matches!(kind, DescriptorType::SampledImage()),
         _ => false,
     }

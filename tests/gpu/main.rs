@@ -8,6 +8,7 @@ mod accesses;
 mod beam;
 mod bounces;
 mod cascades;
+mod clear;
 mod clipmap;
 mod clipmap_matter;
 mod clipmap_walk;

@@ -9,11 +9,12 @@ use crate::support::structures::Structure;
 use crate::support::technique::{Builder, small_lights};
 use crate::support::voxels::half;
 use crate::support::walker::Walker;
-use crate::support::{Random, gpu};
+use crate::support::{Random, gpu, words};
 use glam::{DVec3, DVec4, Vec3};
 use lumivox::gi::Settings;
 use lumivox::gi::registry::find;
 use lumivox::gi::shared::cone::VoxelVolume;
+use lumivox::gi::shared::cone::oracle::see::see;
 use lumivox::gi::shared::cone::oracle::specular::{Gloss, lifted, specular};
 use lumivox::gi::shared::cone::oracle::{LightPlace, MarchSettings, light_visibility};
 use lumivox::gi::shared::cone::{ConeTracer, FaceWeights, cone_set};
@@ -23,7 +24,7 @@ use lumivox::gi::shared::voxel::VoxelGrid;
 use lumivox::gi::shared::voxel::oracle::Receiver;
 use lumivox::gi::voxel_cones::clipmap::Layout;
 use lumivox::graph::{Frame, Gpu, Image};
-use lumivox::render::GpuScene;
+use lumivox::render::{GpuScene, SightRays};
 use lumivox::scene::{Camera, Light, Material, Scene, Specular};
 use rayon::prelude::*;
 
@@ -733,5 +734,98 @@ fn compare_case(gpu: &Gpu, case: &Case, cones: &[String], eye: Vec3, plants: boo
         &seen.obscured,
         &obscured(usize::MAX),
         &[("the first light alone", &|| obscured(1))],
+    );
+    check_sights(
+        gpu,
+        case,
+        (&walker.gpu_scene, volume, &structure),
+        &settings,
+    );
+}
+
+/// Lines that meet an opacity that is nearly one at which something is decided may differ.
+const OTHER_SIGHTS: f64 = 0.01;
+
+/// Lines of sight from anywhere, some from outside of the grid, some that end soon, some that ask
+/// nothing.
+fn check_sights(
+    gpu: &Gpu,
+    case: &Case,
+    (scene, volume, structure): (&GpuScene, &VoxelVolume<'_>, &Structure),
+    settings: &Settings,
+) {
+    let grid = &volume.volume.grid;
+    let size = grid.voxel_size * grid.resolution as f32;
+    let mut random = Random::new(271);
+    let mut point = |size: f32| {
+        let mut axis = || random.unit();
+        size * Vec3::new(axis(), axis(), axis())
+    };
+    let rays: Vec<[f32; 8]> = (0..600)
+        .map(|index| {
+            let from = grid.origin + point(3.0 * size) * 0.5 - 0.25 * size;
+            let mut way = grid.origin + point(size) - from;
+            if index % 7 == 0 {
+                way *= Vec3::new(0.0, 1.0, 0.0);
+            }
+            let end = if index % 3 == 0 {
+                0.7 * way.length()
+            } else {
+                f32::INFINITY
+            };
+            let way = if index % 11 == 0 {
+                Vec3::ZERO
+            } else {
+                way.normalize_or(Vec3::Y)
+            };
+            [from.x, from.y, from.z, end, way.x, way.y, way.z, 0.0]
+        })
+        .collect();
+    let untouched = [-1.0f32; 4];
+    let (asked, sights) = (
+        words(gpu, "rays", bytemuck::cast_slice(&rays)),
+        words(
+            gpu,
+            "sights",
+            bytemuck::cast_slice(&vec![untouched; rays.len()]),
+        ),
+    );
+    let mut frame = Frame::new();
+    frame.set_scene(&scene.set, &scene.materials);
+    let tracer = ConeTracer::new(gpu, settings).unwrap();
+    let count = rays.len() as u32;
+    let lines = SightRays {
+        rays: &asked,
+        sights: &sights,
+        count,
+    };
+    tracer.see(&mut frame, volume.volume, lines);
+    gpu.submit(frame).unwrap();
+    let found: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&sights).unwrap());
+    let (mut others, mut met, mut missed) = (0, 0, 0);
+    for (ray, found) in rays.iter().zip(&found) {
+        let direction = Vec3::new(ray[4], ray[5], ray[6]);
+        if direction == Vec3::ZERO {
+            assert_eq!(*found, untouched, "{}", case.name);
+            continue;
+        }
+        let origin = (Vec3::new(ray[0], ray[1], ray[2]) - grid.origin) / grid.voxel_size;
+        let expected = see(
+            structure.levels(),
+            origin.as_dvec3(),
+            direction.as_dvec3(),
+            f64::from(ray[3] / grid.voxel_size),
+        );
+        let off = (DVec4::from_array(found.map(f64::from)) - expected).abs();
+        others += u32::from(off.to_array().iter().any(|off| *off > 0.01));
+        met += u32::from(expected.w < 0.5);
+        missed += u32::from(expected.w > 0.9);
+    }
+    println!("{}, sights: {others} of {count} differ", case.name);
+    assert!(met > 100 && missed > 60, "{}: {met}, {missed}", case.name);
+    assert!(
+        f64::from(others) <= OTHER_SIGHTS * f64::from(count),
+        "{}: {others} of {count} lines of sight differ",
+        case.name
     );
 }

@@ -9,6 +9,7 @@ use crate::support::hazards::Stream;
 use crate::support::motion::WITH_MOTION;
 use crate::support::octree::light_in_pieces;
 use crate::support::passes::{COPY, DOUBLE, TEST_PASSES, all_passes};
+use crate::support::scenes::bundled;
 use crate::support::technique::{
     Case, Surfaces, cases, frame, moving_room, small_lights, small_room, walked,
 };
@@ -797,6 +798,25 @@ fn moving_with_cascades(gpu: &Gpu, pair: &str) -> Result<(), Error> {
     Ok(())
 }
 
+/// A room with panes, and bodies that bend light; the lights move.
+fn behind_glass(gpu: &Gpu, technique: &str, preset: &str) -> Result<(), Error> {
+    let mut scene = bundled("glass");
+    let entry = find(technique).unwrap();
+    let mut pairs = vec!["resolution=16", "cache_resolution=16"];
+    pairs.retain(|pair| entry.settings(Some(preset), &[pair]).is_ok());
+    let settings = entry.settings(Some(preset), &pairs).unwrap();
+    let (mut renderer, _) = Renderer::new(gpu, &scene, entry, &settings, frame(16, 8, 32))?;
+    renderer.render(&scene.camera)?;
+    scene.lights[0] = Light::Point {
+        position: Vec3::new(4.0, 3.0, 0.0),
+        intensity: Vec3::splat(30.0),
+    };
+    renderer = Renderer::new(gpu, &scene, entry, &settings, frame(16, 8, 32))?.0;
+    renderer.render(&scene.camera)?;
+    renderer.move_lights(&scene)?;
+    renderer.render_again(&walked(&scene.camera, 0.1)).map(drop)
+}
+
 /// Everything that may change between two frames, with settings that no preset has; every pass runs
 /// at least once.
 #[test]
@@ -831,6 +851,20 @@ fn every_hazard_of_every_pass_is_covered() {
         gpu.take_journal();
         moving_with_cascades(&gpu, pair).unwrap();
         ran.extend(passes(&judge(&format!("cascades, {pair}"), &gpu)));
+    }
+    for (technique, preset) in [
+        ("voxel-mips", "accurate"),
+        ("svo", "cones"),
+        ("clipmap", "cones"),
+        ("ray-traced", "default"),
+        ("ray-traced", "cached"),
+    ] {
+        gpu.take_journal();
+        behind_glass(&gpu, technique, preset).unwrap();
+        ran.extend(passes(&judge(
+            &format!("{technique}.{preset}, glass"),
+            &gpu,
+        )));
     }
     gpu.take_journal();
     light_in_pieces(&gpu, false);

@@ -75,6 +75,8 @@ fn empty_scene(gpu: &Gpu) -> Arc<SceneSet> {
         materials: storage("materials"),
         lights: storage("lights"),
         sky,
+        clear_shadows: storage("clear_shadows"),
+        has_clear_shadows: false,
         has_cascades: false,
         has_textures: false,
         has_lobe_textures: false,

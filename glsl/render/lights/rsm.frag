@@ -37,6 +37,8 @@ void main() {
         Light light = lights[light_views[params.view].light.x];
         albedo *= light_falloff(light, normalize(position_ws - light.position_kind.xyz));
     }
+    if (CLEAR_SHADOWS)
+        albedo *= clear_share(lights[light_views[params.view].light.x], position_ws);
 #ifdef CASCADE
     rsm_normal = pack_unit(normal);
     gl_FragDepth = cascade_depth();

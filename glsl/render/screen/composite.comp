@@ -15,13 +15,7 @@ layout(set = 1, binding = 4) uniform texture2D emission;
 layout(set = 1, binding = 5, rgba32f) uniform restrict writeonly image2D indirect;
 layout(set = 1, binding = 6, rgba32f) uniform restrict writeonly image2D radiance;
 
-#include "shared/environment.glsl"
-
-// Of the light on the mean of the normals in a pixel, what falls on themselves, from the length of
-// their mean (Rust: render::share_of_spread).
-float share_of_spread(float length) {
-    return 1.0 - 0.75 * (1.0 - length);
-}
+#include "render/screen/seen.glsl"
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
@@ -30,18 +24,14 @@ void main() {
     vec3 reflected = vec3(0.0), emitted = vec3(0.0);
     if (seen.a > 0.0) {
         vec4 base = texelFetch(sampler2D(albedo, nearest_clamp), pixel, 0);
-        reflected = share_of_spread(base.a) * base.rgb / PI
-            * texelFetch(sampler2D(indirect_diffuse, nearest_clamp), pixel, 0).rgb;
+        vec3 irradiance = texelFetch(sampler2D(indirect_diffuse, nearest_clamp), pixel, 0).rgb;
+        reflected = reflected_diffuse(base, irradiance);
         if (SPECULAR != 0u)
             reflected += texelFetch(sampler2D(indirect_specular, nearest_clamp), pixel, 0).rgb;
         emitted = EMISSIVE != 0u ? texelFetch(sampler2D(emission, nearest_clamp), pixel, 0).rgb
                                  : vec3(0.0);
     } else {
-        // As wide as the pixel.
-        vec3 ray = pixel_ray(pixel);
-        float square = dot(ray, ray), area = 4.0 * length(frame.ray_right.xyz)
-            * length(frame.ray_up.xyz) / float(frame.size_px.x * frame.size_px.y);
-        emitted = environment_around(normalize(ray), area * pow(square, -1.5));
+        emitted = environment_of_pixel(pixel);
     }
     imageStore(indirect, pixel, vec4(reflected, seen.a));
     imageStore(radiance, pixel, vec4(emitted + seen.rgb + reflected, seen.a));

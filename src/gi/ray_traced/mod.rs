@@ -4,7 +4,7 @@
 mod passes;
 mod settings;
 
-pub use passes::{GATHER, GATHER_CACHED, MIRROR, MIRROR_CACHED, PathParams};
+pub use passes::{GATHER, GATHER_CACHED, MIRROR, MIRROR_CACHED, PathParams, SEE, SEE_CACHED};
 
 use std::sync::Arc;
 
@@ -13,8 +13,9 @@ use super::shared::interleave::{self, Pattern};
 use super::shared::paths::{self, Cache, Mirrors, PathScene, parts_of_rays, paths_a_thread};
 use super::shared::voxel;
 use super::{Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
+use crate::graph::compute::linear_groups;
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image, Pass, PassBuilder};
-use crate::render::{Receivers, screen_groups};
+use crate::render::{Receivers, SightRays, screen_groups};
 use settings::{PRESETS, RULES, RaySettings, SETTINGS};
 
 /// The row of the registry.
@@ -28,7 +29,14 @@ pub static ENTRY: Entry = Entry {
     rules: &[RULES, interleave::RULES, interleave::SPECULAR_RULES],
     presets: PRESETS,
     passes: &[
-        &[&GATHER, &GATHER_CACHED, &MIRROR, &MIRROR_CACHED],
+        &[
+            &GATHER,
+            &GATHER_CACHED,
+            &MIRROR,
+            &MIRROR_CACHED,
+            &SEE,
+            &SEE_CACHED,
+        ],
         voxel::PASSES,
     ],
     structs: &[paths::STRUCTS, voxel::STRUCTS],
@@ -38,6 +46,7 @@ pub static ENTRY: Entry = Entry {
         &voxel::LIGHT_INJECTION,
         &Stage::picture("gather", &["ray_traced.gather"]),
         &Stage::picture("specular", &["ray_traced.mirror"]),
+        &Stage::picture("through clear bodies", &["ray_traced.see"]),
     ],
     directions: &[
         Directions {
@@ -203,6 +212,22 @@ impl Technique for RayTraced {
                 .dispatch(screen_groups(given.gbuffer.size));
         }
         Some(Arc::clone(&mirrors.light))
+    }
+
+    fn sees(&self) -> bool {
+        true
+    }
+
+    fn see(&mut self, frame: &mut Frame, given: &Inputs<'_>, sights: SightRays<'_>) {
+        let Some(scene) = &self.scene else { return };
+        let s = &self.settings;
+        for rays in self.dispatches(given, s.rays) {
+            self.pass(frame, [&SEE, &SEE_CACHED], scene, given)
+                .bind("sight_rays", sights.rays)
+                .bind("sights", sights.sights)
+                .push(&self.params(s.rays, rays, s.pattern))
+                .dispatch(linear_groups(sights.count));
+        }
     }
 }
 

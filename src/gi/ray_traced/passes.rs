@@ -7,7 +7,7 @@ use crate::graph::{Access, Binding, Pass, Sets, Shaders};
 use crate::shader::GpuStruct;
 
 gpu_struct! {
-    /// Parameters of `ray_traced.gather` and `ray_traced.mirror`.
+    /// Parameters of `ray_traced.gather`, `ray_traced.mirror` and `ray_traced.see`.
     pub struct PathParams {
         /// Of the cache, if there is one: xyz: smallest corner (m); w: edge of its voxels (m).
         pub grid: [f32; 4],
@@ -58,6 +58,33 @@ pub static GATHER_CACHED: Pass = Pass {
     bindings: &join::<_, 12, 3, 15>(GATHER_BINDINGS, CACHE_BINDINGS),
     constants: CACHED_CONSTANTS,
     ..GATHER
+};
+
+const SEEN: [Binding; 11] = join(
+    BINDINGS,
+    [
+        Binding::buffer("sight_rays", Access::ComputeRead),
+        Binding::buffer("sights", Access::ComputeReadWrite),
+    ],
+);
+
+/// What is seen along lines of sight, by paths from what they meet. Adds to a row a line; a thread
+/// a line.
+pub static SEE: Pass = Pass {
+    name: "ray_traced.see",
+    shaders: Shaders::Compute("gi/ray_traced/see.comp"),
+    bindings: &SEEN,
+    constants: &CONSTANTS,
+    params: Some(PathParams::LAYOUT),
+    sets: Sets::Scene,
+};
+
+/// As [`SEE`], with the light of voxels at the last place of a path.
+pub static SEE_CACHED: Pass = Pass {
+    shaders: Shaders::Compute("gi/ray_traced/see_cached.comp"),
+    bindings: &join::<_, 11, 3, 14>(SEEN, CACHE_BINDINGS),
+    constants: CACHED_CONSTANTS,
+    ..SEE
 };
 
 /// Light that glossy surfaces mirror, by paths. Reads the G-buffer, adds to an RGBA32F image; a

@@ -27,7 +27,7 @@ use crate::gi::shared::voxel::{
 use crate::gi::{CastRays, Change, Context, Inputs, Inspect, MapNeeds, Needs, Settings, Technique};
 use crate::graph::{Error, Frame, FrameStats, Gpu, Image};
 use crate::render::bvh::SceneRays;
-use crate::render::{GBuffer, GpuScene, Receivers, screen_image};
+use crate::render::{GBuffer, GpuScene, Receivers, SightRays, screen_image};
 
 /// A technique of the family.
 pub struct VoxelCones<S> {
@@ -39,6 +39,8 @@ pub struct VoxelCones<S> {
     schedule: Schedule,
     /// Models were voxelized in this frame without having moved in it.
     is_late: bool,
+    /// The voxels have the light that mirrors see.
+    is_lit_for_mirrors: bool,
     /// Largest extent of the scene (m).
     extent_m: f32,
     /// The scene's triangles, where rays meet them; made by the first build.
@@ -114,7 +116,7 @@ pub struct Parts {
     pub gatherer: Gatherer,
     /// Whether there is a specular cone.
     pub has_specular: bool,
-    /// Whether cones see mirror images, or patches of what emits.
+    /// Whether cones see mirror images, what is behind clear bodies, or patches of what emits.
     pub has_cones: bool,
     /// Who sees in the voxels what surfaces emit.
     pub emission: EmissionSeenBy,
@@ -135,7 +137,9 @@ impl<S: VoxelStore> VoxelCones<S> {
         let parts = Parts {
             gatherer,
             has_specular,
-            has_cones: has_specular || matches!(emitters, Emitters::Patches(_)),
+            has_cones: has_specular
+                || matches!(emitters, Emitters::Patches(_))
+                || scene.has_clear_bodies(),
             emission: emitters.seen_by(),
         };
         let least_visibility = parts.gatherer.cones.least_visibility(gpu, size)?;
@@ -146,6 +150,7 @@ impl<S: VoxelStore> VoxelCones<S> {
             emitters,
             schedule: Schedule::new(settings),
             is_late: false,
+            is_lit_for_mirrors: false,
             extent_m: (scene.bounds.1 - scene.bounds.0).max_element(),
             triangles: None,
             specular: has_specular
@@ -228,12 +233,12 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
         let count = bounces.before_the_picture();
         let lights = light_inputs(given, &self.triangles);
         let is_late = std::mem::take(&mut self.is_late);
+        let is_lit_for_mirrors = std::mem::take(&mut self.is_lit_for_mirrors);
         let is_still = given.is_still && !is_late;
         if !is_still {
             self.store.forget_lights();
         } else if bounces != LightBounces::Feedback && self.store.is_lit() {
-            if self.shows_emission_apart() {
-                // The mirror has left its own light there.
+            if is_lit_for_mirrors {
                 self.store.relight(frame, lights, Relit::FOR_PICTURE);
             }
             return;
@@ -285,20 +290,23 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
     }
 
     fn mirror(&mut self, frame: &mut Frame, given: &Inputs<'_>) -> Option<Arc<Image>> {
-        let specular = self.specular.as_ref()?;
-        if self.shows_emission_apart() {
-            // The mirror image of a lamp is in the voxels alone.
-            let relit = Relit {
-                viewer: Viewer::Mirror,
-                is_last: true,
-            };
-            let lights = light_inputs(given, &self.triangles);
-            self.store.relight(frame, lights, relit);
-        }
+        let specular = Arc::clone(self.specular.as_ref()?);
+        self.light_for_mirrors(frame, given);
         let volume = self.store.volume()?;
         let seen = (given.scene, given.gbuffer);
-        (self.gatherer.cones).specular(frame, seen, volume, specular);
-        Some(Arc::clone(specular))
+        (self.gatherer.cones).specular(frame, seen, volume, &specular);
+        Some(specular)
+    }
+
+    fn sees(&self) -> bool {
+        true
+    }
+
+    fn see(&mut self, frame: &mut Frame, given: &Inputs<'_>, sights: SightRays<'_>) {
+        self.light_for_mirrors(frame, given);
+        if let Some(volume) = self.store.volume() {
+            self.gatherer.cones.see(frame, volume, sights);
+        }
     }
 
     fn cast(&self, frame: &mut Frame, rays: CastRays<'_>) {
@@ -324,9 +332,19 @@ impl<S: VoxelStore> Technique for VoxelCones<S> {
 }
 
 impl<S: VoxelStore> VoxelCones<S> {
-    /// Whether mirrors see other light in the voxels than the gather does.
-    fn shows_emission_apart(&self) -> bool {
-        self.specular.is_some() && self.emitters.seen_by() != EmissionSeenBy::All
+    /// Lights the voxels as mirrors, and pixels behind something clear, see them: the image of a
+    /// lamp is in the voxels alone. Once a frame.
+    fn light_for_mirrors(&mut self, frame: &mut Frame, given: &Inputs<'_>) {
+        if self.emitters.seen_by() == EmissionSeenBy::All || self.is_lit_for_mirrors {
+            return;
+        }
+        self.is_lit_for_mirrors = true;
+        let relit = Relit {
+            viewer: Viewer::Mirror,
+            is_last: true,
+        };
+        let lights = light_inputs(given, &self.triangles);
+        self.store.relight(frame, lights, relit);
     }
 
     /// Whether rays of pixels or of voxels meet the scene's triangles.

@@ -185,6 +185,11 @@ impl GBuffer {
             gpu.create_image(&desc)
         };
         let color = ImageUsage::COLOR | ImageUsage::SAMPLED;
+        // What is clear covers what is behind it.
+        let emission = match &scene.clear {
+            Some(_) => color | ImageUsage::STORAGE,
+            None => color,
+        };
         let with_motion = follows >= Follows::Motion;
         let material = || image("gbuffer.material", MATERIAL, color);
         let materials = || -> Result<_, Error> { Ok([material()?, material()?]) };
@@ -198,7 +203,7 @@ impl GBuffer {
                 .transpose()?,
             emission: scene
                 .is_emissive
-                .then(|| image("gbuffer.emission", EMISSION, color))
+                .then(|| image("gbuffer.emission", EMISSION, emission))
                 .transpose()?,
             motion: with_motion
                 .then(|| image("gbuffer.motion", MOTION, color))

@@ -10,6 +10,7 @@ mod cornell;
 mod cornell_lamp;
 mod emissive_gallery;
 mod furnace;
+mod glass;
 mod glossy;
 mod lit_sphere;
 pub(crate) mod mesh;
@@ -59,6 +60,7 @@ pub const TABLE: &[BundledScene] = &[
     atrium::ROW,
     atrium::STREET_ROW,
     glossy::ROW,
+    glass::ROW,
     emissive_gallery::ROW,
     stairwell::ROW,
     pergola::ROW,

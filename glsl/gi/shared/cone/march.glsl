@@ -22,6 +22,13 @@ float exit_distance(vec3 origin, vec3 direction, float resolution) {
     return min(far.x, min(far.y, far.z));
 }
 
+// Distance [voxels] at which the line of a ray enters the grid; negative behind its origin.
+float entry_distance(vec3 origin, vec3 direction, float resolution) {
+    vec3 safe = mix(direction, vec3(1e-20), equal(direction, vec3(0.0)));
+    vec3 near = (mix(vec3(resolution), vec3(0.0), greaterThan(safe, vec3(0.0))) - origin) / safe;
+    return max(near.x, max(near.y, near.z));
+}
+
 // A cone, as far as its steps depend on it alone.
 struct Cone {
     float spread;            // 1 / (1 − β tan(γ/2))

@@ -36,8 +36,7 @@ void main() {
     vec3 direction = normalize(position_from_depth(pixel, 1.0) - frame.eye_ws.xyz);
     direction = mix(direction, vec3(1e-20), equal(direction, vec3(0.0)));
     bvec3 is_forward = greaterThan(direction, vec3(0.0));
-    float entry = max(
-        largest((mix(vec3(params.resolution), vec3(0.0), is_forward) - origin) / direction), 0.0);
+    float entry = max(entry_distance(origin, direction, params.resolution), 0.0);
     float end =
         min(exit_distance(origin, direction, params.resolution), entry + params.end_distance);
     vec4 seen = vec4(0.0);

@@ -115,17 +115,17 @@ vec3 numbers_for(ivec2 pixel, uint n, uint place, uint purpose) {
     return unit_numbers(start);
 }
 
-// What a path brings to its first place, reflected there: emission, then what is reflected up to
-// `bounces` times. `which` is its number and how many a pixel has. The first place draws `first` in
-// place of a direction of its own. `escaped` is
-// whether that met nothing. Lobes of later places are at least `least_roughness` wide (Kaplanyan &
-// Dachsbacher 2013).
-vec3 light_along(PathVertex v, vec3 first, ivec2 pixel, uvec2 which, uint bounces,
+// What a path brings to a place, reflected there: emission, then what is reflected up to `bounces`
+// times from the pixel's surface on, which is place 0. `which` is its number and how many a pixel
+// has. Place 0 draws `first` in place of a direction of its own; `escaped` is whether that met
+// nothing. Lobes of later places are at least `least_roughness` wide (Kaplanyan & Dachsbacher
+// 2013).
+vec3 light_from(PathVertex v, uint first_place, vec3 first, ivec2 pixel, uvec2 which, uint bounces,
     float least_roughness, out bool escaped) {
     uint n = which.x;
     vec3 throughput = vec3(1.0), radiance = vec3(0.0);
     escaped = false;
-    for (uint place = 0u; place <= bounces; ++place) {
+    for (uint place = first_place; place <= bounces; ++place) {
         bool is_last = place == bounces;
 #ifdef CACHED
         if (is_last) {
@@ -162,6 +162,12 @@ vec3 light_along(PathVertex v, vec3 first, ivec2 pixel, uvec2 which, uint bounce
         }
     }
     return radiance;
+}
+
+// The same to the pixel's surface.
+vec3 light_along(PathVertex v, vec3 first, ivec2 pixel, uvec2 which, uint bounces,
+    float least_roughness, out bool escaped) {
+    return light_from(v, 0u, first, pixel, which, bounces, least_roughness, escaped);
 }
 
 #endif

@@ -4,6 +4,7 @@ mod march;
 mod occlusion;
 pub mod oracle;
 pub(in crate::gi) mod patches;
+pub(in crate::gi) mod see;
 mod sets;
 mod settings;
 pub(in crate::gi) mod shadow;
@@ -14,6 +15,7 @@ pub(in crate::gi) mod volume;
 
 pub use march::{ConeSettings, MarchSettings};
 pub use patches::{EmissivePatches, EmitterMethod, GpuPatch, Patch, PatchParams, patches};
+pub use see::SeeParams;
 pub use sets::{Cone, ConeSet, KahlRings, check, cone_set, diffuse_set, kahl_set};
 pub use settings::{SETTINGS, TEXTBOOK, diffuse_count, more_cones};
 pub use shadow::{ObscureParams, SOFT_SHADOWS, ShadowConeParams};

@@ -28,6 +28,8 @@ pub struct VolumePasses {
     /// E/π = Σ w L over a set of cones from each voxel. Reads voxels, writes half floats; a thread
     /// a side of a voxel.
     pub bounce: Pass,
+    /// What is seen along lines of sight. Reads and writes a row a line; a thread a line.
+    pub see: Pass,
     /// Texels of a level, front to back along each pixel's ray. Writes RGBA32F, premultiplied by
     /// opacity; a thread a pixel.
     pub view: Pass,
@@ -37,7 +39,7 @@ pub struct VolumePasses {
 
 impl VolumePasses {
     /// All of them.
-    pub const fn all(&'static self) -> [&'static Pass; 9] {
+    pub const fn all(&'static self) -> [&'static Pass; 10] {
         [
             &self.gather,
             &self.occlusion,
@@ -46,6 +48,7 @@ impl VolumePasses {
             &self.obscure,
             &self.patches,
             &self.bounce,
+            &self.see,
             &self.view,
             &self.trace,
         ]
@@ -66,6 +69,7 @@ macro_rules! volume_passes {
             obscure: "cone.obscure", "obscure", shadow::ObscureParams, "", shadow::OBSCURE;
             patches: "cone.patches", "patches", patches::PatchParams, "", patches::BINDINGS;
             bounce: "voxel.bounce", "bounce", tracer::BounceConeParams, "", tracer::BOUNCE;
+            see: "cone.see", "see", see::SeeParams, "", see::BINDINGS;
             view: "cone.view", "view", view::ViewVoxelsParams, "SHOWN", view::BINDINGS;
             trace: "cone.trace", "trace", trace::TraceParams, "", trace::BINDINGS;
         )
@@ -73,7 +77,7 @@ macro_rules! volume_passes {
     ($folder:literal, $constants:expr, $volume:expr => $($field:ident:
         $name:literal, $file:literal, $params:ty, $constant:literal, $own:expr;)*) => {{
         use $crate::gi::shared::cone::volume::{VolumePasses, constants, pass};
-        use $crate::gi::shared::cone::{patches, shadow, trace, tracer, view};
+        use $crate::gi::shared::cone::{patches, see, shadow, trace, tracer, view};
         use $crate::shader::GpuStruct;
         VolumePasses {
             $($field: {

@@ -1,5 +1,6 @@
 //! CPU twin of `cone.gather`, `cone.occlusion` and `cone.shadow`: cones through a prefiltered
-//! volume of premultiplied radiance, in f64. That of `cone.specular` is in [`specular`].
+//! volume of premultiplied radiance, in f64. That of `cone.specular` is in [`specular`], that of
+//! `cone.see` in [`see`].
 //!
 //! A cone of aperture γ has the diameter d = 2 t tan(γ/2) at distance t and samples the mip log₂ d
 //! (Crassin et al. 2011, section 5.3). A step of β d through texels of opacity α has the opacity α'
@@ -8,6 +9,7 @@
 mod clipmap;
 mod levels;
 pub mod patches;
+pub mod see;
 pub mod specular;
 pub mod structure;
 
