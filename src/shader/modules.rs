@@ -293,8 +293,20 @@ pub(super) static MODULES: &[(&str, &[u8])] = &[
         include_bytes!("../../spirv/gi/shared/screen/variance.comp.spv"),
     ),
     (
+        "gi/shared/voxel/build/columns.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/build/columns.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/build/columns_query.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/build/columns_query.comp.spv"),
+    ),
+    (
         "gi/shared/voxel/build/count_blocks.comp",
         include_bytes!("../../spirv/gi/shared/voxel/build/count_blocks.comp.spv"),
+    ),
+    (
+        "gi/shared/voxel/build/fill.comp",
+        include_bytes!("../../spirv/gi/shared/voxel/build/fill.comp.spv"),
     ),
     (
         "gi/shared/voxel/build/fragments.frag",

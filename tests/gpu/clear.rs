@@ -64,7 +64,7 @@ fn cuboid(middle: Vec3, half: Vec3, turn: f32) -> Vec<[Vec3; 3]> {
     let corner = |index: usize| {
         let side = |axis: usize| if index >> axis & 1 == 1 { 1.0 } else { -1.0 };
         let local = half * Vec3::new(side(0), side(1), side(2));
-        middle + Vec3::from(glam::Quat::from_rotation_y(turn) * local)
+        middle + glam::Quat::from_rotation_y(turn) * local
     };
     let faces = [
         [0, 4, 6, 2],

@@ -1,9 +1,11 @@
 //! Clipmaps: windows that move over the scene against windows made where they are, and the texels
 //! of all levels likewise.
 
+use std::sync::Arc;
+
 use crate::support::compare::{Largest, exceeds, larger};
 use crate::support::gather::{View, pixel_rays, read_faces};
-use crate::support::scenes::{add_model, lump, random_pose, scene_of, soup, still};
+use crate::support::scenes::{Corners, add_model, lump, random_pose, scene_of, soup, still};
 use crate::support::technique::{Surfaces, small_lights, small_room};
 use crate::support::voxels::{Read, compare_sets, half, oracle_grid, read, voxel_settings};
 use crate::support::walker::Walker;
@@ -13,7 +15,8 @@ use lumivox::gi::Settings;
 use lumivox::gi::shared::cone::oracle::Volume;
 use lumivox::gi::shared::cone::oracle::structure::{Cell, CellKind, EyeRay, view_structure};
 use lumivox::gi::shared::voxel::{
-    Method, VoxelBox, VoxelWindow, WindowMove, WindowScratch, move_windows,
+    Interior, Method, Surface, VoxelBox, VoxelSettings, VoxelWindow, WindowMove, WindowScratch,
+    move_windows,
 };
 use lumivox::gi::voxel_cones::clipmap::{self, Layout, Place};
 use lumivox::gi::voxel_cones::mips::oracle::{Filter, coarser, coarser_faces};
@@ -61,7 +64,7 @@ fn windows_are_those_from_scratch_after_any_walk() {
     let gpu_scene = GpuScene::new(&gpu, &scene).unwrap();
     let settings = voxel_settings(EDGE, Method::Compute);
     let anchor = Vec3::new(8.0, -4.0, 16.0);
-    let window = || VoxelWindow::new(&gpu, &gpu_scene, settings, anchor, 1.0).unwrap();
+    let window = || VoxelWindow::new(&gpu, &gpu_scene, settings, (anchor, 1.0), None).unwrap();
     let (mut walker, mut fresh) = (window(), window());
     let mut scratch = WindowScratch::new(&gpu, &gpu_scene).unwrap();
     let (mut first, mut voxels, mut moved) = (IVec3::ZERO, 0, 0);
@@ -112,6 +115,58 @@ fn windows_are_those_from_scratch_after_any_walk() {
     let mut changed = read(&gpu, walker.voxels.clone());
     changed.records[0].albedo ^= 1;
     assert!(same(&changed, &read(&gpu, fresh.voxels.clone())).is_err());
+}
+
+/// The same of solid voxels, of bodies that reach out of windows and of some that are in one whole.
+#[test]
+fn solid_windows_are_those_from_scratch_after_a_walk() {
+    let gpu = gpu();
+    let mut random = Random::new(61);
+    let mut triangles = Vec::new();
+    for (scale, shift) in [(1.0, Vec3::ZERO), (0.3, Vec3::new(20.0, 4.0, -9.0))] {
+        let placed = |triangle: Corners| {
+            let [a, b, c] = triangle.map(|corner| scale * corner + shift);
+            [a, c, b]
+        };
+        triangles.extend(lump(8, 40).into_iter().map(placed));
+    }
+    let scene = scene_of(&triangles, 0.0, &mut random);
+    let gpu_scene = GpuScene::new(&gpu, &scene).unwrap();
+    let settings = VoxelSettings {
+        surface: Surface::Solid,
+        ..voxel_settings(EDGE, Method::Compute)
+    };
+    let interior = Interior::new(&gpu, &gpu_scene).unwrap();
+    let anchor = Vec3::new(8.0, -4.0, 16.0);
+    let window = || {
+        let interior = Some(Arc::clone(&interior));
+        VoxelWindow::new(&gpu, &gpu_scene, settings, (anchor, 1.0), interior).unwrap()
+    };
+    let (mut walker, mut fresh) = (window(), window());
+    let mut scratch = WindowScratch::new(&gpu, &gpu_scene).unwrap();
+    let (mut first, mut inside) = (IVec3::ZERO, 0);
+    for step in 0..90 {
+        let axis = |random: &mut Random| 4 * (random.below(5) as i32 - 2);
+        first += IVec3::new(axis(&mut random), axis(&mut random), axis(&mut random));
+        first = first.clamp(IVec3::splat(-12), IVec3::splat(28));
+        let place = VoxelBox::cube(first, EDGE);
+        for (window, stale) in [(&mut walker, &[][..]), (&mut fresh, &[place])] {
+            let window_move = WindowMove {
+                window,
+                first,
+                stale,
+                carried: None,
+            };
+            move_windows(&gpu, &gpu_scene, &mut scratch, vec![window_move]).unwrap();
+        }
+        let [walked, made] = [&walker, &fresh].map(|window| read(&gpu, window.voxels.clone()));
+        same(&walked, &made)
+            .unwrap_or_else(|difference| panic!("step {step}, at {first}: {difference}"));
+        let black = walked.records.iter().filter(|record| record.albedo == 0);
+        inside += black.count();
+    }
+    println!("{} voxels inside on average", inside / 90);
+    assert!(inside > 90 * 100, "{inside}");
 }
 
 fn clipmap_in<'g>(gpu: &'g Gpu, scene: &Scene, settings: &Settings, eye: Vec3) -> Walker<'g> {

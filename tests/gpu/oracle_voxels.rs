@@ -1,6 +1,6 @@
 //! `voxel.fragments` and the compact index on the device against the CPU oracle.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::support::scenes::{
     Corners, LARGEST_UNIT_GRID, bundled, in_unit_grid, lump, scene_of, soup,
@@ -10,9 +10,11 @@ use crate::support::voxels::{
     raster_methods, read, voxel_settings, voxelize,
 };
 use crate::support::{Random, gpu};
-use glam::{Quat, Vec3};
-use lumivox::gi::shared::voxel::oracle::{VoxelIndex, block_bases, compact_order, occupancy_words};
-use lumivox::gi::shared::voxel::{Method, Surface, VoxelSettings, Voxelizer};
+use glam::{DVec2, Quat, Vec3};
+use lumivox::gi::shared::voxel::oracle::{
+    COLUMN_OFFSET, VoxelIndex, block_bases, compact_order, interior, occupancy_words,
+};
+use lumivox::gi::shared::voxel::{Faces, Method, Surface, VoxelSettings, Voxelizer};
 use lumivox::graph::{Error, FrameStats, Gpu};
 use lumivox::render::GpuScene;
 use lumivox::scene::{Camera, Scene};
@@ -418,6 +420,136 @@ fn scene_without_triangles_is_an_empty_grid() {
         (0, 0)
     );
     check_index(&voxels).unwrap();
+}
+
+/// Bodies of many kinds in a room: a lump, a box within a box, boxes that reach into each other and
+/// through the room's wall, and sheets that enclose nothing.
+fn bodies(random: &mut Random) -> Vec<Corners> {
+    let turned = |triangle: Corners| [triangle[0], triangle[2], triangle[1]];
+    let boxed = |low: Vec3, high: Vec3, turn: f32| -> Vec<Corners> {
+        let middle = 0.5 * (low + high);
+        let corner = |index: usize| {
+            let side = |axis: usize| {
+                if index >> axis & 1 == 1 {
+                    high[axis]
+                } else {
+                    low[axis]
+                }
+            };
+            let local = Vec3::new(side(0), side(1), side(2)) - middle;
+            middle
+                + glam::Quat::from_euler(glam::EulerRot::XYZ, turn, 2.0 * turn, 0.3 * turn) * local
+        };
+        let faces = [
+            [0, 4, 6, 2],
+            [1, 3, 7, 5],
+            [0, 1, 5, 4],
+            [2, 6, 7, 3],
+            [0, 2, 3, 1],
+            [4, 5, 7, 6],
+        ];
+        let triangles = faces.map(|[a, b, c, d]| [[a, b, c], [a, c, d]]);
+        triangles
+            .into_iter()
+            .flatten()
+            .map(|triangle| triangle.map(corner))
+            .collect()
+    };
+    let at = |x: f32, y: f32, z: f32| Vec3::new(x, y, z);
+    let mut all: Vec<Corners> = lump(8, 24).into_iter().map(turned).collect();
+    all.extend(
+        boxed(at(1.03, 1.07, 1.01), at(30.4, 30.3, 30.2), 0.0)
+            .into_iter()
+            .map(turned),
+    );
+    all.extend(boxed(at(20.2, 3.1, 4.3), at(27.7, 9.4, 10.6), 0.4));
+    all.extend(boxed(at(18.2, 16.1, 20.3), at(29.1, 27.4, 28.6), 0.2));
+    all.extend(boxed(at(21.2, 19.3, 22.1), at(26.3, 24.2, 26.7), 0.7));
+    all.extend(boxed(at(3.3, 22.1, 20.3), at(10.1, 27.4, 26.2), 0.3));
+    all.extend(boxed(at(7.3, 24.1, 22.3), at(14.1, 29.4, 28.2), -0.5));
+    all.extend(boxed(at(25.3, 11.1, 12.3), at(34.1, 15.4, 18.2), 0.1));
+    // On the floor, and one on the other: a body begins where another ends.
+    all.extend(boxed(at(2.3, 1.07, 2.2), at(8.7, 5.4, 6.6), 0.0));
+    all.extend(boxed(at(3.3, 5.4, 2.9), at(7.7, 9.4, 6.1), 0.0));
+    for _ in 0..6 {
+        let middle = 8.0 + 16.0 * at(random.unit(), random.unit(), random.unit());
+        let corners = [0; 3]
+            .map(|_: u32| middle + 8.0 * (at(random.unit(), random.unit(), random.unit()) - 0.5));
+        all.extend([corners, turned(corners)]);
+    }
+    all
+}
+
+/// Voxels that some column decides within this much of its place \[voxels\] may be either.
+const COLUMN_ROUNDING: DVec2 = DVec2::new(2e-3, -1e-3);
+
+/// Solid voxels are those that surfaces touch and those inside of bodies, which are black, opaque
+/// and dark; not those of rooms.
+#[test]
+fn solid_voxels_are_what_is_inside_of_bodies() {
+    let gpu = gpu();
+    let mut random = Random::new(61);
+    let scene = scene_of(&bodies(&mut random), 2.0, &mut random);
+    let mut gpu_scene = GpuScene::new(&gpu, &scene).unwrap();
+    in_unit_grid(&mut gpu_scene, 32);
+    for faces in [None, Some(Faces::Front), Some(Faces::Both)] {
+        let settings = |surface| VoxelSettings {
+            surface,
+            faces,
+            ..voxel_settings(32, Method::Compute)
+        };
+        let hollow = voxelize(&gpu, &gpu_scene, settings(Surface::Conservative));
+        let solid = voxelize(&gpu, &gpu_scene, settings(Surface::Solid));
+        check_index(&solid).unwrap();
+        let (surface, all) = (hollow.occupied(), solid.occupied());
+        assert!(surface.is_subset(&all));
+        let filled: BTreeSet<_> = all.difference(&surface).copied().collect();
+        let grid = oracle_grid(&solid.voxels.grid);
+        let by_oracle = |shift: DVec2| -> BTreeSet<_> {
+            let inside = interior(&scene, &grid, shift);
+            inside
+                .into_iter()
+                .filter(|voxel| !surface.contains(voxel))
+                .collect()
+        };
+        let (expected, near) = (
+            by_oracle(COLUMN_OFFSET),
+            by_oracle(COLUMN_OFFSET + COLUMN_ROUNDING),
+        );
+        let doubtful: BTreeSet<_> = expected.symmetric_difference(&near).copied().collect();
+        let differ: Vec<_> = filled
+            .symmetric_difference(&expected)
+            .filter(|voxel| !doubtful.contains(*voxel))
+            .collect();
+        println!(
+            "{} of {} voxels are inside, {} doubtful",
+            filled.len(),
+            all.len(),
+            doubtful.len()
+        );
+        assert!(differ.is_empty(), "{differ:?}");
+        assert!(
+            filled.len() > 500 && doubtful.len() < 20,
+            "{}",
+            filled.len()
+        );
+        for (record, emission) in solid.records.iter().zip(&solid.emission) {
+            if filled.contains(&coordinates(record)) {
+                assert_eq!(record.albedo, 0);
+                assert_eq!(record.coverage & 0xfff, 0xfff);
+                assert_eq!(emission[..3], [0.0; 3]);
+            }
+        }
+        // Surfaces have the records that they have without what is inside.
+        let records = |read: &Read| -> BTreeMap<_, _> {
+            read.records
+                .iter()
+                .map(|record| (coordinates(record), *record))
+                .collect()
+        };
+        let (before, after) = (records(&hollow), records(&solid));
+        assert!(before.iter().all(|(voxel, record)| after[voxel] == *record));
+    }
 }
 
 /// A voxelizer that has learnt the size of one scene meets a larger and then a smaller one.

@@ -127,7 +127,19 @@ struct Life {
 }
 
 /// Few, which run every pass of every technique between them.
-const LIVES: [Life; 62] = [
+const LIVES: [Life; 64] = [
+    Life {
+        technique: "voxel-mips",
+        preset: Some("cones"),
+        pairs: &[("surface", "solid")],
+        surfaces: Surfaces::Diffuse,
+    },
+    Life {
+        technique: "clipmap",
+        preset: Some("cones"),
+        pairs: &[("surface", "solid"), ("resolution", "16")],
+        surfaces: Surfaces::Emissive,
+    },
     Life {
         technique: "prt",
         preset: Some("glossy"),

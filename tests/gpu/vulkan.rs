@@ -426,8 +426,8 @@ fn a_leak_is_seen() {
     let left = gpu.residue();
     assert!(
         left[0].starts_with("values, ")
-            && left.len() == 11
-            && left[10].contains("objects without memory"),
+            && left.len() == 12
+            && left[11].contains("objects without memory"),
         "{left:?}"
     );
     drop(set);

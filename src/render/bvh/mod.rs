@@ -28,7 +28,7 @@ use geometry::Geometry;
 use rows::Rows;
 use structures::Structures;
 use textures::SceneTextures;
-use trees::{Moving, TRIANGLE_TEXELS, Trees};
+use trees::{Moving, TRIANGLE_TEXELS, Trees, Which};
 use wide::{MOST_NODES, MOST_TRIANGLES, NODE_TEXELS};
 
 use super::gpu_scene::{GpuScene, storage};
@@ -92,6 +92,15 @@ impl SceneRays {
 
     /// Of a scene as it is on the device.
     pub fn new(gpu: &Gpu, scene: &GpuScene) -> Result<Self, Error> {
+        SceneRays::of(gpu, scene, Which::All)
+    }
+
+    /// Of what never moves in it.
+    pub fn of_static(gpu: &Gpu, scene: &GpuScene) -> Result<Self, Error> {
+        SceneRays::of(gpu, scene, Which::Static)
+    }
+
+    fn of(gpu: &Gpu, scene: &GpuScene, which: Which) -> Result<Self, Error> {
         let geometry = Geometry::read(gpu, scene)?;
         if geometry.triangles.len() > MOST_TRIANGLES {
             let feature = "numbers of more than 27 bits in a leaf (134,217,727 triangles)";
@@ -99,7 +108,7 @@ impl SceneRays {
         }
         let textures = SceneTextures::new(gpu, scene)?;
         let traced_by_device = gpu.traces_rays();
-        let trees = Trees::new(scene, &geometry, !traced_by_device);
+        let trees = Trees::new(scene, &geometry, which, !traced_by_device);
         drop(geometry);
         if trees.node_count() > MOST_NODES {
             let feature = "numbers of more than 23 bits in a traversal (8,388,608 nodes)";

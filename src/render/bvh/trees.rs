@@ -19,6 +19,14 @@ const TRIANGLE_WORDS: usize = 4 * TRIANGLE_TEXELS;
 /// Set in the number of a triangle whose material has a mask.
 const MASKED: u32 = 1 << 31;
 
+/// Which triangles of a scene.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Which {
+    All,
+    /// Those of no dynamic model.
+    Static,
+}
+
 /// What stands still, and each model that may move.
 #[derive(Default)]
 pub(super) struct Trees {
@@ -46,10 +54,20 @@ pub(super) struct Moving {
 }
 
 impl Trees {
-    /// Of all triangles of a scene. Without nodes, triangles stay in their order.
-    pub(super) fn new(scene: &GpuScene, geometry: &Geometry, has_nodes: bool) -> Self {
+    /// Of the triangles of a scene. Without nodes, triangles stay in their order.
+    pub(super) fn new(
+        scene: &GpuScene,
+        geometry: &Geometry,
+        which: Which,
+        has_nodes: bool,
+    ) -> Self {
         let mut trees = Trees::default();
-        for (index, mut triangles) in geometry.groups(scene).into_iter().enumerate() {
+        let group_count = match which {
+            Which::All => usize::MAX,
+            Which::Static => 1,
+        };
+        let groups = geometry.groups(scene).into_iter().take(group_count);
+        for (index, mut triangles) in groups.enumerate() {
             let moves = index > 0;
             // What moves may have an area elsewhere.
             if !moves {

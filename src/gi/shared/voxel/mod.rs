@@ -25,7 +25,7 @@ pub use super::bounces::LightBounces;
 pub use build::list::{OccupiedVoxel, VoxelList, list_voxels};
 pub use build::passes::{FRAGMENTS_COMPUTE, FRAGMENTS_RASTER, FRAGMENTS_RASTER_HW};
 pub use build::settings::{Accumulation, Method, Surface, VoxelSettings};
-pub use build::{Voxelizer, Voxels};
+pub use build::{Interior, Voxelizer, Voxels};
 pub use dynamic::DynamicVoxels;
 pub use grid::{Lattice, VoxelGrid};
 pub use light::inject::{BOUND_TILES, INJECT_RSM, LIST_TILES, VoxelLookup, bound_tiles};
@@ -74,9 +74,10 @@ pub static SETTINGS: &[Setting] = &[
     Setting {
         name: "surface",
         help: "voxels that a triangle is in: conservative (all that it touches) or thin (those \
-               whose cross of face centres it meets: no path from face to face leads through)",
+               whose cross of face centres it meets: no path from face to face leads through); \
+               solid: conservative, and black ones inside of closed static bodies",
         unit: "",
-        domain: Domain::Choice(&["conservative", "thin"]),
+        domain: Domain::Choice(&["conservative", "thin", "solid"]),
         default: "conservative",
     },
     Setting {
@@ -186,6 +187,8 @@ pub static PASSES: &[&Pass] = &[
     &FRAGMENTS_COMPUTE,
     &FRAGMENTS_RASTER,
     &FRAGMENTS_RASTER_HW,
+    &build::passes::COLUMNS,
+    &build::passes::FILL,
     &build::passes::COUNT_BLOCKS,
     &build::passes::SCAN_GROUPS,
     &build::passes::INDEX_BLOCKS,
@@ -218,6 +221,8 @@ pub static VOXELIZATION: Stage = Stage::store(
     &[
         "voxel.clear",
         "voxel.fragments",
+        "voxel.columns",
+        "voxel.fill",
         "voxel.count_blocks",
         "voxel.scan_groups",
         "voxel.index_blocks",

@@ -15,7 +15,7 @@ use super::window_passes::{
     EMPTY_BLOCKS, EmptyParams, MOVE_RECORDS, MoveParams, SHIFT_BLOCKS, ShiftParams,
 };
 use super::window_scratch::WindowScratch;
-use super::{VoxelBox, VoxelGrid, VoxelSettings, Voxelizer, Voxels};
+use super::{Interior, VoxelBox, VoxelGrid, VoxelSettings, Voxelizer, Voxels};
 use crate::graph::compute::linear_groups;
 use crate::graph::{Buffer, Error, Frame, FrameStats, Gpu};
 use crate::render::GpuScene;
@@ -143,6 +143,10 @@ fn voxelize(
             return Ok(counted);
         }
         stats.append(run.into_counting());
+        // What is inside of bodies is found by what surfaces have not marked.
+        for (_, window_move, plan) in &*moved {
+            window_move.window.add_shift(&mut frame, plan);
+        }
     }
 }
 
@@ -153,8 +157,8 @@ impl VoxelWindow {
         gpu: &Gpu,
         scene: &GpuScene,
         settings: VoxelSettings,
-        anchor: Vec3,
-        voxel_size: f32,
+        (anchor, voxel_size): (Vec3, f32),
+        interior: Option<Arc<Interior>>,
     ) -> Result<Self, Error> {
         let grid = VoxelGrid {
             origin: anchor,
@@ -188,7 +192,7 @@ impl VoxelWindow {
         };
         Ok(VoxelWindow {
             anchor,
-            voxelizer: Voxelizer::of_window(gpu, settings, grid, GRAINS)?,
+            voxelizer: Voxelizer::of_window(gpu, settings, grid, (GRAINS, interior))?,
             place: None,
             grids,
             moved_from: buffer(gpu, "voxel.moved_from", 4 * u64::from(grid.block_count()))?,
@@ -379,6 +383,13 @@ impl VoxelWindow {
                 frame,
                 scene,
                 &scene.triangles_in(low, high),
+                clip,
+                [&next.occupancy, fragments, emission, &next.counters],
+                scratch.capacity(window),
+            );
+            self.voxelizer.add_interior(
+                frame,
+                scene,
                 clip,
                 [&next.occupancy, fragments, emission, &next.counters],
                 scratch.capacity(window),

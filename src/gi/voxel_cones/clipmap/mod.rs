@@ -25,8 +25,9 @@ use crate::gi::shared::cone::volume::volume_passes;
 use crate::gi::shared::cone::{Volume, VolumePasses, VoxelVolume};
 use crate::gi::shared::voxel::trace::space::space_passes;
 use crate::gi::shared::voxel::{
-    Directionality, LightInputs, LightSettings, Prefilter, Sides, Space, SpacePasses, VoxelBox,
-    VoxelLight, VoxelRecords, VoxelSettings, VoxelWindow, WindowScratch, add_counts,
+    Directionality, Interior, LightInputs, LightSettings, Prefilter, Sides, Space, SpacePasses,
+    Surface, VoxelBox, VoxelLight, VoxelRecords, VoxelSettings, VoxelWindow, WindowScratch,
+    add_counts,
 };
 use crate::graph::compute::read;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu};
@@ -135,13 +136,16 @@ impl VoxelStore for Clipmap {
         let Context { gpu, scene, .. } = *context;
         self.levels.clear();
         self.scratch = WindowScratch::new(gpu, scene)?;
+        let interior = (self.voxel_settings.surface == Surface::Solid)
+            .then(|| Interior::new(gpu, scene))
+            .transpose()?;
         for level in 0..self.layout.levels {
             let window = VoxelWindow::new(
                 gpu,
                 scene,
                 self.voxel_settings,
-                self.layout.anchor,
-                self.layout.size_of(level),
+                (self.layout.anchor, self.layout.size_of(level)),
+                interior.clone(),
             )?;
             let light = VoxelLight::new(gpu, scene, &window.voxels, self.light_settings)?;
             self.levels.push(Level {

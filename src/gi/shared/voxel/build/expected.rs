@@ -83,7 +83,7 @@ fn expected(corners: [Vec3; 3], inside: [Vec3; 2], surface: Surface) -> [f32; 2]
 fn touched(doubled: Vec3, extent: Vec3, surface: Surface) -> [f32; 2] {
     let (area, around) = (0.5 * doubled.abs(), extent.element_sum());
     let across = match surface {
-        Surface::Conservative => area.element_sum(),
+        Surface::Conservative | Surface::Solid => area.element_sum(),
         // One voxel thick along its dominant axis; less than the rest around its outline.
         Surface::Thin => area.max_element(),
     };

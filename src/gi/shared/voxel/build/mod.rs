@@ -3,6 +3,7 @@
 mod expected;
 mod fragments;
 mod index;
+mod interior;
 pub mod list;
 pub mod passes;
 mod resolve;
@@ -14,7 +15,7 @@ use std::time::Instant;
 use glam::{IVec3, UVec3, Vec3};
 
 use crate::gi::shared::voxel::build::passes::{Fragment, Voxel};
-use crate::gi::shared::voxel::build::settings::{Accumulation, Method, VoxelSettings};
+use crate::gi::shared::voxel::build::settings::{Accumulation, Method, Surface, VoxelSettings};
 use crate::gi::shared::voxel::{Lattice, VoxelBox, VoxelGrid};
 use crate::graph::{
     Buffer, BufferDesc, BufferUsage, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind,
@@ -27,6 +28,8 @@ use crate::vulkan::IMAGE_ATOMICS;
 use self::expected::room_for_fragments;
 pub use self::index::FilledBlocks;
 pub(super) use self::index::{GridBuffers, add_index};
+pub use self::interior::Interior;
+use self::interior::columns_buffer;
 
 /// The occupied voxels of a scene.
 #[derive(Clone)]
@@ -131,6 +134,10 @@ pub struct Voxelizer {
     fragment_capacity: u32,
     /// Fragments and records that dynamic geometry has needed so far.
     pub(super) dynamic_room: [u32; 2],
+    /// What says what is inside of bodies; only of solid voxels.
+    interior: Option<Arc<Interior>>,
+    /// Where it keeps that; absent before the first run and after [`Voxelizer::release`].
+    columns: Option<Arc<Buffer>>,
     /// Workgroups that share the same triangles, at least.
     sharing: u32,
     /// Whether blocks with voxels are listed.
@@ -142,7 +149,13 @@ impl Voxelizer {
     pub fn new(gpu: &Gpu, scene: &GpuScene, settings: VoxelSettings) -> Result<Self, Error> {
         require(gpu, &settings)?;
         let grid = VoxelGrid::around(scene.bounds, settings.resolution);
+        let interior = match settings.surface {
+            Surface::Solid => Some(Interior::new(gpu, scene)?),
+            Surface::Conservative | Surface::Thin => None,
+        };
         Ok(Voxelizer {
+            interior,
+            columns: None,
             settings,
             whole_origin: grid.origin,
             first_voxel: IVec3::ZERO,
@@ -182,6 +195,8 @@ impl Voxelizer {
                 buffers: None,
                 nothing,
                 no_image,
+                interior: self.interior.clone(),
+                columns: None,
                 ..*self
             }
         };
@@ -216,10 +231,15 @@ impl Voxelizer {
         gpu: &Gpu,
         settings: VoxelSettings,
         grid: VoxelGrid,
-        grains: f32,
+        (grains, interior): (f32, Option<Arc<Interior>>),
     ) -> Result<Self, Error> {
         require(gpu, &settings)?;
+        let columns = (interior.as_ref())
+            .map(|_| columns_buffer(gpu, grid.resolution))
+            .transpose()?;
         Ok(Voxelizer {
+            interior,
+            columns,
             settings,
             whole_origin: grid.origin,
             first_voxel: IVec3::ZERO,
@@ -263,6 +283,9 @@ impl Voxelizer {
             None => GridBuffers::new(gpu, self.grid)?,
         };
         self.buffers = Some(grid_buffers.clone());
+        if self.interior.is_some() && self.columns.is_none() {
+            self.columns = Some(columns_buffer(gpu, self.grid.resolution)?);
+        }
         let mut stats = FrameStats::default();
         let batches = which.batches(scene);
         let is_first = self.fragment_capacity == 0;
@@ -308,6 +331,10 @@ impl Voxelizer {
                 buffers,
                 self.fragment_capacity,
             );
+            if which != Triangles::Dynamic {
+                let capacity = self.fragment_capacity;
+                self.add_interior(&mut frame, scene, self.whole(), buffers, capacity);
+            }
             add_index(&mut frame, self.grid, &grid_buffers);
             let (run, counts) = gpu.submit_and_read(frame, &grid_buffers.counters)?;
             let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&counts);
@@ -341,7 +368,7 @@ impl Voxelizer {
 
     /// Frees what depends on the grid alone, until the next run.
     pub fn release(&mut self) {
-        self.buffers = None;
+        (self.buffers, self.columns) = (None, None);
     }
 
     /// Whether the pass has to be run again, because the driver ended some of its threads. The next

@@ -1,7 +1,9 @@
 //! The passes of voxelization, the records that they read and write, and their parameters.
 
 use crate::gpu_struct;
+use crate::graph::pass::join;
 use crate::graph::{Access, Binding, Pass, RasterState, Sets, Shaders};
+use crate::render::bvh;
 use crate::shader::GpuStruct;
 
 gpu_struct! {
@@ -30,6 +32,42 @@ gpu_struct! {
         pub clip_y: u32,
         /// The same along z.
         pub clip_z: u32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `voxel.columns`.
+    pub struct ColumnParams {
+        /// xyz: smallest corner of the grid (m); w: edge of a voxel (m).
+        pub origin_size: [f32; 4],
+        /// Along which columns are.
+        pub axis: u32,
+        /// Voxels along an edge.
+        pub resolution: u32,
+        /// First and last voxel that is asked for, 16 bits each, along x.
+        pub clip_x: u32,
+        /// The same along y.
+        pub clip_y: u32,
+        /// The same along z.
+        pub clip_z: u32,
+        /// Where columns begin, along the axis (m).
+        pub start: f32,
+    }
+}
+
+gpu_struct! {
+    /// Parameters of `voxel.fill`.
+    pub struct FillParams {
+        /// Voxels along an edge.
+        pub resolution: u32,
+        /// As in [`ColumnParams`].
+        pub clip_x: u32,
+        /// As in [`ColumnParams`].
+        pub clip_y: u32,
+        /// As in [`ColumnParams`].
+        pub clip_z: u32,
+        /// Fragments that fit; further ones are counted only.
+        pub capacity: u32,
     }
 }
 
@@ -161,6 +199,37 @@ pub static FRAGMENTS_RASTER: Pass = raster_pass("gi/shared/voxel/build/fragments
 /// Method `raster-hw`: the same with hardware conservative rasterization
 /// (`VK_EXT_conservative_rasterization`, overestimating).
 pub static FRAGMENTS_RASTER_HW: Pass = raster_pass("gi/shared/voxel/build/fragments_hw.geom", true);
+
+/// Which voxels are inside of bodies, along one axis. Reads the scene's triangles; a thread a
+/// column.
+pub static COLUMNS: Pass = Pass {
+    name: "voxel.columns",
+    shaders: Shaders::Compute("gi/shared/voxel/build/columns.comp"),
+    bindings: &join::<_, 5, 1, 6>(
+        bvh::BINDINGS,
+        [Binding::buffer("inside", Access::ComputeReadWrite)],
+    ),
+    constants: &bvh::CONSTANTS,
+    params: Some(ColumnParams::LAYOUT),
+    sets: Sets::Scene,
+};
+
+/// Fragments of what is inside along all axes, where nothing is touched. A thread a voxel.
+pub static FILL: Pass = Pass {
+    constants: &["EMISSIVE"],
+    ..Pass::compute(
+        "voxel.fill",
+        "gi/shared/voxel/build/fill.comp",
+        &[
+            Binding::buffer("occupancy", Access::ComputeReadWrite),
+            Binding::buffer("fragments", Access::ComputeWrite),
+            Binding::buffer("fragment_emission", Access::ComputeWrite),
+            Binding::buffer("fragment_count", Access::ComputeReadWrite),
+            Binding::buffer("inside", Access::ComputeRead),
+        ],
+        FillParams::LAYOUT,
+    )
+};
 
 /// Occupied voxels in each group of 1,024 blocks.
 pub static COUNT_BLOCKS: Pass = Pass::compute(

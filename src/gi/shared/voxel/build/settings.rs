@@ -31,6 +31,8 @@ pub enum Surface {
     /// The voxels whose cross it meets, the three lines between the centres of opposite faces:
     /// 6-separating (Schwarz & Seidel 2010).
     Thin,
+    /// All that it touches, and those inside of closed bodies.
+    Solid,
 }
 
 /// What to voxelize into, and how.
@@ -80,10 +82,10 @@ impl VoxelSettings {
             } else {
                 Accumulation::RunningAverage
             },
-            surface: if settings.is("surface", "thin") {
-                Surface::Thin
-            } else {
-                Surface::Conservative
+            surface: match settings.choice("surface") {
+                "thin" => Surface::Thin,
+                "solid" => Surface::Solid,
+                _ => Surface::Conservative,
             },
             coverage: settings.is("opacity", "coverage"),
             faces: None,

@@ -11,6 +11,7 @@ mod bounce;
 mod emitters;
 mod fragments;
 mod index;
+mod interior;
 mod light;
 mod rays;
 #[cfg(test)]
@@ -25,6 +26,7 @@ pub use fragments::{
     Fragment, ONE_PLANE, OPPOSED, PARALLEL, VoxelSum, fragments, front_of, resolve, voxelize,
 };
 pub use index::{block_bases, block_bit, compact_order, occupancy_words};
+pub use interior::{COLUMN_OFFSET, Met, interior, met_by_column};
 pub use light::{
     inject, inject_faces, inject_sides, lit_area, normal_weighted, reflected_flux, shade_voxel,
     voxel_flux,

@@ -27,7 +27,7 @@ impl Axis {
     fn gap(&self, voxel: VoxelIndex, surface: Surface) -> f64 {
         let centre = self.direction.dot(corner_of(voxel) + 0.5);
         let radius = match surface {
-            Surface::Conservative => 0.5 * self.direction.abs().element_sum(),
+            Surface::Conservative | Surface::Solid => 0.5 * self.direction.abs().element_sum(),
             Surface::Thin => 0.5 * self.direction.abs().max_element(),
         };
         (self.low - (centre + radius)).max((centre - radius) - self.high) / self.direction.length()
