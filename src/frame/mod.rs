@@ -52,6 +52,17 @@ pub static STAGES: &[&Stage] = &[
     },
 ];
 
+/// What a technique is told before there is a renderer.
+fn context<'c>(gpu: &'c Gpu, scene: &'c GpuScene, size: [u32; 2]) -> Context<'c> {
+    Context {
+        gpu,
+        scene,
+        size,
+        eye: scene.eye,
+        lend: registry::lend,
+    }
+}
+
 /// What a technique is told about the renderer's state. (A method would borrow all of it.)
 macro_rules! context {
     ($renderer:ident) => {
@@ -120,16 +131,10 @@ impl<'g> Renderer<'g> {
         frame: FrameSettings,
     ) -> Result<(Self, FrameStats), Error> {
         let eye = scene.eye;
-        let context = Context {
-            gpu,
-            scene: &scene,
-            size: frame.size,
-            eye,
-            lend: registry::lend,
-        };
         gpu.forget_times();
-        let mut technique = (entry.make)(&context, settings)?;
-        let mut build = technique.build(&context)?;
+        let mut technique = (entry.make)(&context(gpu, &scene, frame.size), settings)?;
+        let clear = ClearSurfaces::new(gpu, &mut scene, technique.sees(), frame.size)?;
+        let mut build = technique.build(&context(gpu, &scene, frame.size))?;
         build.append(gpu.submit_waiting()?);
         let needs = technique.needs();
         let cascades = LightCascades {
@@ -164,7 +169,6 @@ impl<'g> Renderer<'g> {
         };
         let gbuffer = GBuffer::new(gpu, &scene, frame.size, follows)?;
         let output = Output::new(gpu, frame.size)?;
-        let clear = ClearSurfaces::new(gpu, &mut scene, technique.sees(), frame.size)?;
         Ok((
             Renderer {
                 gpu,

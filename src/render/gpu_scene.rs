@@ -559,16 +559,20 @@ impl GpuScene {
     }
 
     /// Gives each light a shadow of what is clear, of which the caller writes the rows: this many
-    /// along an edge ([`clear_shadow_rows`]).
+    /// along an edge ([`clear_shadow_rows`]). `None`: they have none from now on.
     pub(super) fn set_clear_shadows(
         &mut self,
         gpu: &Gpu,
-        rows: &Arc<Buffer>,
-        edge: u32,
+        shadows: Option<(&Arc<Buffer>, u32)>,
     ) -> Result<(), Error> {
-        self.buffers.clear_shadows = Arc::clone(rows);
-        self.buffers.has_clear_shadows = true;
-        self.clear_shadow_edge = edge;
+        if shadows.is_none() && !self.buffers.has_clear_shadows {
+            return Ok(());
+        }
+        if let Some((rows, _)) = shadows {
+            self.buffers.clear_shadows = Arc::clone(rows);
+        }
+        self.buffers.has_clear_shadows = shadows.is_some();
+        self.clear_shadow_edge = shadows.map_or(0, |(_, edge)| edge);
         let lights = self.lights.clone();
         self.move_lights(gpu, &lights)?;
         self.set = gpu.create_scene_set(&self.buffers)?;

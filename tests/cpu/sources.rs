@@ -76,7 +76,7 @@ fn problems(page: &str) -> Vec<String> {
 #[test]
 fn what_the_page_of_sources_names_exists() {
     let page = page();
-    assert!(rows(&page).len() > 60, "{}", rows(&page).len());
+    assert!(rows(&page).len() > 140, "{}", rows(&page).len());
     let wrong = problems(&page);
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }

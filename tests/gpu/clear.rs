@@ -15,7 +15,7 @@ use lumivox::render::{
     Follows, GBuffer, GpuScene, IndirectLight, Output, SightRays, exact_screen_image,
 };
 use lumivox::scene::{
-    Environment, Light, LoadOptions, Material, Scene, Transmission, Triangle, Vertex,
+    Environment, Light, LoadOptions, Material, Scene, Sky, Transmission, Triangle, Vertex,
 };
 
 use crate::support::compare::Worst;
@@ -489,6 +489,84 @@ fn bodies_are_left_out_where_nothing_sees_along_rays() {
     let [with, without] = [&behind, &plain]
         .map(|scene| shoot(&gpu, scene, &case, &pairs, frame(24, 24, 64)).unwrap());
     assert_eq!(with.full.pixels, without.full.pixels);
+}
+
+/// A scene on the device goes from a technique that shows bodies to one that leaves them out, and
+/// back.
+#[test]
+fn another_technique_has_its_own_shadows() {
+    let gpu = gpu();
+    let (behind, _) = behind_slab("cornell");
+    let size = frame(24, 24, 64);
+    let mut on_gpu = GpuScene::new(&gpu, &behind).unwrap();
+    for name in ["ray-traced", "lpv", "ray-traced"] {
+        let case = case(name, None);
+        let settings = case.settings(&[("resolution", "16")]);
+        let made = Renderer::of(&gpu, on_gpu, case.entry, &settings, size);
+        let (mut renderer, _) = made.unwrap();
+        renderer.render(&behind.camera).unwrap();
+        let passed_on = renderer.aov(Aov::Full).unwrap();
+        on_gpu = renderer.into_scene();
+        let fresh = shoot(&gpu, &behind, &case, &[("resolution", "16")], size).unwrap();
+        assert_eq!(passed_on.pixels, fresh.full.pixels, "{name}");
+    }
+}
+
+/// A map of the sky, before and after it has changed, and a lamp are seen through a ball.
+#[test]
+fn a_ball_shows_the_sky_and_a_lamp() {
+    let gpu = gpu();
+    let ball = bundled("lit-sphere,subdivisions=4");
+    let turned = |corner: u32| Vec3::from(ball.vertices[corner as usize].position) * -1.0;
+    let triangles: Vec<[Vec3; 3]> = (ball.triangles.iter())
+        .map(|triangle| triangle.vertices.map(turned))
+        .collect();
+    let mut scene = bundled("cornell");
+    scene.lights.clear();
+    scene.triangles.clear();
+    scene.models.clear();
+    scene.camera.eye = Vec3::new(0.0, 0.0, 4.0);
+    scene.camera.target = Vec3::ZERO;
+    scene.camera.vfov_deg = 40.0;
+    let far = |x: f32, y: f32| Vec3::new(x, y, -5.0);
+    let lamp = Material {
+        emission: Vec3::new(3.0, 2.0, 1.0),
+        ..Material::default()
+    };
+    add(
+        &mut scene,
+        lamp,
+        &[[far(-1.0, -1.0), far(2.0, -1.0), far(-1.0, 2.0)]],
+    );
+    add(&mut scene, glass(1.0, Vec3::ONE, 1.5), &triangles);
+    let sky = |shift: f32| -> Environment {
+        let map = Image::from_fn(64, 32, |at| {
+            let turn = std::f32::consts::TAU * (at % 64) as f32 / 64.0 + shift;
+            Vec3::new(1.0 + 0.5 * turn.cos(), 1.0, 1.0 + 0.5 * turn.sin())
+        });
+        Sky::new(map, 0.0).unwrap().into()
+    };
+    scene.environment = sky(0.0);
+    let case = case("ray-traced", None);
+    let settings = case.settings(&[]);
+    let size = frame(40, 40, 64);
+    let (mut renderer, _) = Renderer::new(&gpu, &scene, case.entry, &settings, size).unwrap();
+    for shift in [0.0, 2.0] {
+        scene.environment = sky(shift);
+        renderer.move_lights(&scene).unwrap();
+        renderer.render(&scene.camera).unwrap();
+        let found = renderer.aov(Aov::Full).unwrap();
+        let seen = reference(&scene, [40, 40], Bounces::Count(1), 512).radiance();
+        let pairs = found.pixels.iter().zip(&seen.pixels);
+        let off = pairs
+            .clone()
+            .map(|(found, seen)| (*found - *seen).length_squared());
+        let size = pairs.map(|(_, seen)| seen.length_squared());
+        let rel_rmse = (off.sum::<f32>() / size.sum::<f32>()).sqrt();
+        println!("sky turned by {shift}: rel_rmse {rel_rmse:.4}");
+        // What the ball mirrors within is left out.
+        assert!(rel_rmse < 0.08, "{shift}: {rel_rmse}");
+    }
 }
 
 /// A folder for the files of a test.

@@ -236,6 +236,8 @@ impl ClearSurfaces {
         sees: bool,
         size: [u32; 2],
     ) -> Result<Option<Self>, Error> {
+        // Another technique may have shown more.
+        opaque.set_clear_shadows(gpu, None)?;
         let Some(clear) = opaque.clear.clone() else {
             return Ok(None);
         };
@@ -278,7 +280,7 @@ impl ClearSurfaces {
             usage: BufferUsage::Storage,
             owner: Owner::Shared,
         })?;
-        opaque.set_clear_shadows(gpu, &shadows, SHADOW_EDGE)?;
+        opaque.set_clear_shadows(gpu, Some((&shadows, SHADOW_EDGE)))?;
         Ok(Some(ClearSurfaces {
             rays: SceneRays::new(gpu, &scene)?,
             set,
