@@ -468,6 +468,10 @@ fn bodies(random: &mut Random) -> Vec<Corners> {
     all.extend(boxed(at(3.3, 22.1, 20.3), at(10.1, 27.4, 26.2), 0.3));
     all.extend(boxed(at(7.3, 24.1, 22.3), at(14.1, 29.4, 28.2), -0.5));
     all.extend(boxed(at(25.3, 11.1, 12.3), at(34.1, 15.4, 18.2), 0.1));
+    // Of sheets with two sides: hollow.
+    let tent = boxed(at(11.2, 2.3, 21.1), at(16.8, 8.4, 27.3), 0.15);
+    all.extend(tent.iter().copied());
+    all.extend(tent.into_iter().map(turned));
     // On the floor, and one on the other: a body begins where another ends.
     all.extend(boxed(at(2.3, 1.07, 2.2), at(8.7, 5.4, 6.6), 0.0));
     all.extend(boxed(at(3.3, 5.4, 2.9), at(7.7, 9.4, 6.1), 0.0));
