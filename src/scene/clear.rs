@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::{Material, Scene};
+use super::{Material, Scene, Triangle};
 
 impl Material {
     /// More than half of it is clear.
@@ -26,8 +26,9 @@ impl Scene {
 
     /// The surfaces of which more than half is clear, if there are any. Vertices stay.
     pub(crate) fn clear_part(&self) -> Option<Scene> {
-        let part = self.part(Material::is_clear).into_owned();
-        (!part.triangles.is_empty()).then_some(part)
+        let is_clear = |one: &Triangle| self.materials[one.material as usize].is_clear();
+        let has_any = self.triangles.iter().any(is_clear);
+        has_any.then(|| self.part(Material::is_clear).into_owned())
     }
 
     /// The triangles of some materials, and the models that have any.
