@@ -34,6 +34,9 @@ pub(super) static GATHER: Stage = Stage::picture(
 /// Glossy reflection.
 pub(super) static SPECULAR: Stage = Stage::picture("specular", &["cone.specular"]);
 
+/// What pixels show behind clear bodies.
+pub(super) static THROUGH_BODIES: Stage = Stage::picture("through clear bodies", &["cone.see"]);
+
 /// A view of a volume.
 pub(super) const fn view(
     name: &'static str,

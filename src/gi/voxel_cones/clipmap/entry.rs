@@ -1,7 +1,8 @@
 //! The row of the registry.
 
 use super::super::entry::{
-    GATHER, HIERARCHY, RAYS_TO_EMITTERS, SPECULAR, SUBSTITUTIONS, directions, entry, lends,
+    GATHER, HIERARCHY, RAYS_TO_EMITTERS, SPECULAR, SUBSTITUTIONS, THROUGH_BODIES, directions,
+    entry, lends,
 };
 use super::super::{VoxelCones, presets, schedule};
 use super::{CONES, Clipmap, RAYS, filled, volume};
@@ -110,6 +111,7 @@ pub static ENTRY: Entry = Entry {
         &voxel::CASTING,
         &GATHER,
         &SPECULAR,
+        &THROUGH_BODIES,
         &cone::SOFT_SHADOWS,
     ],
     directions: &directions(&CONES, &RAYS),

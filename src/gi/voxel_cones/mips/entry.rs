@@ -1,7 +1,8 @@
 //! The row of the registry.
 
 use super::super::entry::{
-    GATHER, HIERARCHY, RAYS_TO_EMITTERS, SPECULAR, SUBSTITUTIONS, directions, entry, lends,
+    GATHER, HIERARCHY, RAYS_TO_EMITTERS, SPECULAR, SUBSTITUTIONS, THROUGH_BODIES, directions,
+    entry, lends,
 };
 use super::super::{VoxelCones, presets, schedule, suit};
 use super::{CLEAR_DYNAMIC, CONES, FILTER, LIST_GROUPS, MARK_MATTER, Mips, RAYS, REDUCE_MATTER};
@@ -83,6 +84,7 @@ pub static ENTRY: Entry = Entry {
         &voxel::CASTING,
         &GATHER,
         &SPECULAR,
+        &THROUGH_BODIES,
         &cone::SOFT_SHADOWS,
     ],
     directions: &directions(&CONES, &RAYS),

@@ -1,8 +1,8 @@
 //! The row of the registry.
 
 use super::super::entry::{
-    GATHER, HIERARCHY, RAYS_TO_EMITTERS, SPECULAR, SUBSTITUTIONS, VIEWS, directions, entry, lends,
-    view,
+    GATHER, HIERARCHY, RAYS_TO_EMITTERS, SPECULAR, SUBSTITUTIONS, THROUGH_BODIES, VIEWS,
+    directions, entry, lends, view,
 };
 use super::super::{VoxelCones, presets, schedule, suit};
 use super::{
@@ -213,6 +213,7 @@ pub static ENTRY: Entry = Entry {
         &voxel::CASTING,
         &GATHER,
         &SPECULAR,
+        &THROUGH_BODIES,
         &cone::SOFT_SHADOWS,
     ],
     directions: &directions(&CONES, &RAYS),
