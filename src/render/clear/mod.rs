@@ -73,6 +73,8 @@ pub struct ClearSurfaces {
     shadows: Arc<Buffer>,
     /// Lights or clear models have moved since shadows were drawn.
     has_moved: bool,
+    /// Models have moved, and what rays meet has not followed.
+    is_behind: bool,
     bends: bool,
     /// Where rays of pixels go, and what they see; nothing where no technique follows them.
     ways: Arc<Buffer>,
@@ -148,6 +150,7 @@ impl ClearSurfaces {
             )?,
             shadows,
             has_moved: true,
+            is_behind: false,
             bends,
             ways: buffer("clear.ways", size_of::<GpuWay>())?,
             sight_rays: buffer("clear.sight_rays", size_of::<GpuSightRay>())?,
@@ -160,10 +163,12 @@ impl ClearSurfaces {
 
     /// Brings clear models up to where they are in the scene. False where none has moved.
     pub fn set_pose(&mut self, gpu: &Gpu, scene: &Scene) -> Result<bool, Error> {
-        let has_moved = self.scene.set_pose(gpu, scene)?;
+        self.is_behind |= self.scene.set_pose(gpu, scene)?;
+        let has_moved = self.is_behind;
         if has_moved {
             self.has_moved = true;
             self.rays.follow(gpu, &self.scene)?;
+            self.is_behind = false;
         }
         Ok(has_moved)
     }
