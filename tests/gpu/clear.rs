@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{Quat, Vec3};
 use lumivox::frame::Renderer;
 use lumivox::graph::{Buffer, BufferDesc, BufferUsage, Frame, Gpu, Owner};
 use lumivox::image::{Aov, Image};
@@ -19,7 +19,7 @@ use lumivox::scene::{
 };
 
 use crate::support::compare::Worst;
-use crate::support::scenes::bundled;
+use crate::support::scenes::{self, Corners, bundled};
 use crate::support::technique::{Case, cases, default_cases, frame, is_sound, shoot};
 use crate::support::{Random, gpu};
 
@@ -59,24 +59,9 @@ fn add(scene: &mut Scene, material: Material, triangles: &[[Vec3; 3]]) {
     }
 }
 
-/// A box around `middle`, seen from outside, turned about the vertical.
-fn cuboid(middle: Vec3, half: Vec3, turn: f32) -> Vec<[Vec3; 3]> {
-    let corner = |index: usize| {
-        let side = |axis: usize| if index >> axis & 1 == 1 { 1.0 } else { -1.0 };
-        let local = half * Vec3::new(side(0), side(1), side(2));
-        middle + glam::Quat::from_rotation_y(turn) * local
-    };
-    let faces = [
-        [0, 4, 6, 2],
-        [1, 3, 7, 5],
-        [0, 1, 5, 4],
-        [2, 6, 7, 3],
-        [0, 2, 3, 1],
-        [4, 5, 7, 6],
-    ];
-    let triangles = faces.map(|[a, b, c, d]| [[a, b, c], [a, c, d]]);
-    let corners = |triangle: [usize; 3]| triangle.map(corner);
-    triangles.into_iter().flatten().map(corners).collect()
+/// A box, turned about the vertical.
+fn cuboid(middle: Vec3, half: Vec3, turn: f32) -> Vec<Corners> {
+    scenes::cuboid(middle, half, Quat::from_rotation_y(turn))
 }
 
 /// A vertical sheet before the camera of the Cornell box, left of its middle.

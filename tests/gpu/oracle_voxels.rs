@@ -3,14 +3,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::support::scenes::{
-    Corners, LARGEST_UNIT_GRID, bundled, in_unit_grid, lump, scene_of, soup,
+    Corners, LARGEST_UNIT_GRID, bundled, cuboid, in_unit_grid, lump, scene_of, soup,
 };
 use crate::support::voxels::{
     Read, SetDifference, compare_sets, compare_surfaces, coordinates, occupied, oracle_grid,
     raster_methods, read, voxel_settings, voxelize,
 };
 use crate::support::{Random, gpu};
-use glam::{DVec2, Quat, Vec3};
+use glam::{DVec2, EulerRot, Quat, Vec3};
 use lumivox::gi::shared::voxel::oracle::{
     COLUMN_OFFSET, VoxelIndex, block_bases, compact_order, interior, occupancy_words,
 };
@@ -426,34 +426,9 @@ fn scene_without_triangles_is_an_empty_grid() {
 /// through the room's wall, and sheets that enclose nothing.
 fn bodies(random: &mut Random) -> Vec<Corners> {
     let turned = |triangle: Corners| [triangle[0], triangle[2], triangle[1]];
-    let boxed = |low: Vec3, high: Vec3, turn: f32| -> Vec<Corners> {
-        let middle = 0.5 * (low + high);
-        let corner = |index: usize| {
-            let side = |axis: usize| {
-                if index >> axis & 1 == 1 {
-                    high[axis]
-                } else {
-                    low[axis]
-                }
-            };
-            let local = Vec3::new(side(0), side(1), side(2)) - middle;
-            middle
-                + glam::Quat::from_euler(glam::EulerRot::XYZ, turn, 2.0 * turn, 0.3 * turn) * local
-        };
-        let faces = [
-            [0, 4, 6, 2],
-            [1, 3, 7, 5],
-            [0, 1, 5, 4],
-            [2, 6, 7, 3],
-            [0, 2, 3, 1],
-            [4, 5, 7, 6],
-        ];
-        let triangles = faces.map(|[a, b, c, d]| [[a, b, c], [a, c, d]]);
-        triangles
-            .into_iter()
-            .flatten()
-            .map(|triangle| triangle.map(corner))
-            .collect()
+    let boxed = |low: Vec3, high: Vec3, turn: f32| {
+        let turn = Quat::from_euler(EulerRot::XYZ, turn, 2.0 * turn, 0.3 * turn);
+        cuboid(0.5 * (low + high), 0.5 * (high - low), turn)
     };
     let at = |x: f32, y: f32, z: f32| Vec3::new(x, y, z);
     let mut all: Vec<Corners> = lump(8, 24).into_iter().map(turned).collect();

@@ -1,7 +1,7 @@
 //! Scenes for the oracle tests, in coordinates of voxels: [`in_unit_grid`] makes the grid's origin
 //! 0 and its voxels 1 m wide.
 
-use glam::Vec3;
+use glam::{Quat, Vec3};
 use lumivox::render::GpuScene;
 use lumivox::scene::{
     Keyframe, LoadOptions, Material, Model, Motion, Pose, Scene, Triangle, Vertex,
@@ -14,6 +14,25 @@ pub type Corners = [Vec3; 3];
 
 /// Whether a resolution can have a grid of unit voxels ([`in_unit_grid`]).
 pub const LARGEST_UNIT_GRID: u32 = 64;
+
+/// A box around `middle`, seen from outside, turned about it.
+pub fn cuboid(middle: Vec3, half: Vec3, turn: Quat) -> Vec<Corners> {
+    let corner = |index: usize| {
+        let side = |axis: usize| if index >> axis & 1 == 1 { 1.0 } else { -1.0 };
+        middle + turn * (half * Vec3::new(side(0), side(1), side(2)))
+    };
+    let faces = [
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+    ];
+    let triangles = faces.map(|[a, b, c, d]| [[a, b, c], [a, c, d]]);
+    let corners = |triangle: [usize; 3]| triangle.map(corner);
+    triangles.into_iter().flatten().map(corners).collect()
+}
 
 /// A bundled scene by name.
 pub fn bundled(name: &str) -> Scene {
