@@ -254,11 +254,8 @@ impl<'g> Renderer<'g> {
         self.gbuffer.keep_pose(self.gpu, &self.scene);
         let places = |scene: &GpuScene| scene.dynamic.as_ref().map(|models| models.bounds);
         let before = places(&self.scene);
-        let clear = self.clear.as_mut();
-        if (clear
-            .map(|clear| clear.set_pose(self.gpu, scene))
-            .transpose()?)
-        .unwrap_or(false)
+        if let Some(clear) = &mut self.clear
+            && clear.set_pose(self.gpu, scene)?
         {
             self.is_still = false;
             self.screen.expect_change(self.frames_to_rest);
