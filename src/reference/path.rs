@@ -145,6 +145,8 @@ impl World<'_> {
             let opaque = 1.0 - glass.share;
             terms.direct *= opaque;
             terms.diffuse *= opaque;
+            // So that the diffuse term is still ρ/π of it.
+            terms.irradiance *= opaque;
             let seen = self.see_through(surface, glass, sampler);
             let through = self.shown(surface, seen, beyond, sampler);
             terms.specular = opaque * terms.specular + glass.share * through;

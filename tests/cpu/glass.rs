@@ -104,7 +104,11 @@ fn a_slab_lets_through_what_fresnel_leaves() {
     let mut alone = before_glass(50.0);
     alone.environment = Vec3::ONE.into();
     add(&mut alone, glass(1.0, Vec3::ONE, 1.7), slab(0.3));
-    let seen = trace(&alone, 8, 64).radiance();
+    let seen = trace(&alone, 8, 64);
+    // ρ/π of the irradiance is the diffuse term, of which the clear share has none.
+    let irradiance = &seen.light.irradiance.pixels;
+    assert!(irradiance.iter().all(|one| *one == Vec3::ZERO));
+    let seen = seen.radiance();
     let is_near = |pixel: &Vec3| pixel.abs_diff_eq(Vec3::ONE, 1e-4);
     assert!(seen.pixels.iter().all(is_near));
 }
