@@ -100,8 +100,12 @@ impl Commands {
             self.device
                 .raw()
                 .begin_command_buffer(self.raw, &info)
-                .during("starting a command buffer")
+                .during("starting a command buffer")?;
+            // Lavapipe 22.3 skips a barrier that is the first command: it would not wait for what
+            // the submission before rasterizes. This command has no effect.
+            self.device.raw().cmd_set_line_width(self.raw, 1.0);
         }
+        Ok(())
     }
 
     /// Ends the recording, and submits it; when. `alone`: once the queue has nothing else to do, so
