@@ -81,7 +81,9 @@ fn samples_of_a_pixels_cones_are_its_irradiance() {
         .iter()
         .flat_map(|technique| presets.map(|preset| (*technique, preset, &[][..])))
         .collect();
-    cases.push(("svo", "cones", &[("normals", "toksvig")]));
+    for technique in ["voxel-mips", "svo", "clipmap"] {
+        cases.push((technique, "cones", &[("normals", "toksvig")]));
+    }
     cases.push(("clipmap", "cones", &[("levels", "2"), ("resolution", "16")]));
     for (technique, preset, pairs) in cases {
         let all = [

@@ -428,6 +428,7 @@ fn bounces_of_pieces_are_those_of_the_whole() {
             is_split: false,
             touched: false,
             directionality: Directionality::Isotropic,
+            lobe: None,
         };
         let (mut bricks, _) = BrickPool::new(&gpu, &nodes, settings, Sides::One, None).unwrap();
         let maps = LightMaps::new(&gpu, &gpu_scene, 512, false).unwrap();
@@ -642,11 +643,12 @@ fn energy_of_a_furnace_by_normals() {
     )
     .unwrap();
     let seen = guide(&scene, 32, 32).unwrap();
-    let case = Case {
-        entry: find("svo").unwrap(),
+    let cases = ["voxel-mips", "svo", "clipmap"].map(|technique| Case {
+        entry: find(technique).unwrap(),
         preset: Some("cones"),
-    };
-    for count in [1, 2, 4] {
+    });
+    let counts = [1, 2, 4].into_iter();
+    for (count, case) in counts.flat_map(|count| cases.map(|case| (count, case))) {
         let pairs = [
             ("resolution", "32"),
             ("normals", "toksvig"),
@@ -659,12 +661,14 @@ fn energy_of_a_furnace_by_normals() {
         let most = full.pixels.iter().map(|pixel| pixel.largest()).worst() / expected;
         let found = mean(&full, &seen) / expected;
         println!(
-            "{count} bounces by normals: {found:.4} of the closed form, at most {most:.4} of it \
-             in a pixel"
+            "{}, {count} bounces by normals: {found:.4} of the closed form, at most {most:.4} of \
+             it in a pixel",
+            case.name()
         );
         assert!(
             (found - 1.0).abs() <= 0.1 && most <= 1.02,
-            "{count} bounces: {found}, at most {most}"
+            "{}, {count} bounces: {found}, at most {most}",
+            case.name()
         );
     }
 }

@@ -230,6 +230,11 @@ fn texels_are_those_from_scratch_after_any_walk() {
         ),
         (&["resolution=32", "levels=3"], true),
         (
+            &["resolution=16", "levels=3", "normals=toksvig", "bounces=2"],
+            false,
+        ),
+        (&["resolution=16", "levels=4", "normals=harmonics"], true),
+        (
             &[
                 "resolution=32",
                 "levels=3",

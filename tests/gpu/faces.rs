@@ -21,8 +21,8 @@ use lumivox::gi::shared::cone::oracle::{Cone, FaceChain, MarchSettings, Volume, 
 use lumivox::gi::shared::cone::{ConeTracer, FaceWeights};
 use lumivox::gi::shared::voxel::oracle::{self, VoxelIndex, VoxelSum};
 use lumivox::gi::shared::voxel::{
-    Directionality, Faces, Injection, LightSettings, Method, Prefilter, Sides, VoxelGrid,
-    VoxelLight, VoxelSettings,
+    DenseTexels, Directionality, Faces, Injection, LightSettings, Method, Prefilter, Sides,
+    VoxelGrid, VoxelLight, VoxelSettings,
 };
 use lumivox::gi::voxel_cones::mips;
 use lumivox::gi::voxel_cones::mips::oracle::{Filter, chain, coarser_faces, face_chain};
@@ -442,6 +442,10 @@ fn faces_have_the_light_of_their_side() {
             let mut frame = Frame::new();
             frame.set_scene(&gpu_scene.set, &gpu_scene.materials);
             maps.draw(&mut frame, &gpu_scene);
+            let dense = dense.map(|radiance| DenseTexels {
+                radiance,
+                normals: None,
+            });
             light.update(&mut frame, &read.voxels, &maps, dense);
             gpu.submit(frame).unwrap();
             let halves: Vec<[u16; 4]> =

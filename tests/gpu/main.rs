@@ -38,6 +38,7 @@ mod lpv_octree;
 mod lpv_place;
 mod lpv_structure;
 mod lpv_view;
+mod normals;
 mod oracle_attributes;
 mod oracle_direct;
 mod oracle_gather;

@@ -18,7 +18,7 @@ use lumivox::gi::registry::find;
 use lumivox::gi::shared::cone::oracle::{Levels, Volume};
 use lumivox::gi::shared::cone::{ConeTracer, cone_set, diffuse_set};
 use lumivox::gi::shared::voxel::oracle::{VoxelIndex, hemisphere_direction};
-use lumivox::gi::shared::voxel::{Directionality, Prefilter, VoxelGrid};
+use lumivox::gi::shared::voxel::{Directionality, NormalLobe, Prefilter, VoxelGrid};
 use lumivox::gi::voxel_cones::mips;
 use lumivox::gi::voxel_cones::mips::filter_mips;
 use lumivox::gi::voxel_cones::mips::oracle::{Filter, coarser, sees_matter};
@@ -352,6 +352,7 @@ fn cones_through_bricks_are_the_oracles() {
         is_split: false,
         touched: false,
         directionality: Directionality::Isotropic,
+        lobe: Some(NormalLobe::Toksvig),
     };
     for seed in 0..4 {
         let pairs = [

@@ -191,12 +191,17 @@ fn cases() -> Vec<Case> {
     vec![
         case("voxel-mips", &[]),
         case("voxel-mips", &["anisotropic=on", "face_weights=squared"]),
+        case("voxel-mips", &["normals=toksvig"]),
+        case("voxel-mips", &["normals=harmonics"]),
         case("svo", &["normals=toksvig"]),
+        case("svo", &["normals=harmonics", "lattice=corners"]),
         case("svo", &["lattice=corners", "mip_filter=box"]),
         case("svo", &["anisotropic=on"]),
         case("svo", &["faces=both"]),
         case("clipmap", &[]),
         case("clipmap", &["anisotropic=on"]),
+        case("clipmap", &["normals=toksvig"]),
+        case("clipmap", &["normals=harmonics"]),
         case("clipmap", &["faces=both", "face_weights=squared"]),
     ]
 }

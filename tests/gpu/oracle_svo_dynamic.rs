@@ -395,6 +395,7 @@ fn all_settings() -> Vec<BrickSettings> {
         is_split: false,
         touched: true,
         directionality: Directionality::Isotropic,
+        lobe: None,
     };
     let corners = BrickSettings {
         corners: true,
@@ -402,6 +403,7 @@ fn all_settings() -> Vec<BrickSettings> {
         is_split: true,
         touched: true,
         directionality: Directionality::Isotropic,
+        lobe: None,
     };
     vec![
         centres,

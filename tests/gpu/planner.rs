@@ -567,13 +567,14 @@ const LIVES: [Life; 64] = [
             ("mip_method", "blit"),
             ("accumulation", "running-average"),
             ("bounces", "feedback"),
+            ("normals", "harmonics"),
         ],
         surfaces: Surfaces::Masked,
     },
     Life {
         technique: "voxel-mips",
         preset: Some("cones"),
-        pairs: &[("voxelization", "raster-hw")],
+        pairs: &[("voxelization", "raster-hw"), ("normals", "toksvig")],
         surfaces: Surfaces::Masked,
     },
     Life {

@@ -100,6 +100,7 @@ fn attribute_bricks_are_the_oracles() {
             is_split: seed / 3 % 2 == 1,
             touched: true,
             directionality: Directionality::Isotropic,
+            lobe: None,
         };
         let (lattice, filter) = (lattice(settings), FILTERS[settings.filter as usize]);
         let (nodes, _) =
@@ -292,6 +293,7 @@ fn structures_look_as_the_oracle_has_them() {
         is_split: false,
         touched: false,
         directionality: Directionality::Isotropic,
+        lobe: None,
     };
     let grown = [
         cells,

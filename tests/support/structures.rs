@@ -7,7 +7,7 @@ use lumivox::gi::shared::cone::oracle::{
     Clipmap, ClipmapLevel, FaceChain, Lattice, Levels, Volume,
 };
 use lumivox::gi::shared::cone::{self, FaceWeights};
-use lumivox::gi::shared::voxel::Directionality;
+use lumivox::gi::shared::voxel::{Directionality, NormalLobe};
 use lumivox::gi::voxel_cones::clipmap::{self, Layout};
 use lumivox::gi::voxel_cones::mips;
 use lumivox::graph::Bound;
@@ -19,12 +19,12 @@ use super::voxels::half;
 
 /// What [`Levels`] looks at.
 pub enum Structure {
-    /// Levels of light, and of normals; where their texels are.
-    Chain(Vec<Volume>, Vec<Volume>, Lattice),
+    /// Levels of light, and of normals; where their texels are, and how light leaves by normals.
+    Chain(Vec<Volume>, Vec<Volume>, Lattice, NormalLobe),
     /// Levels of six faces.
     Faces(FaceChain),
-    /// Nested levels.
-    Clipmap(Clipmap),
+    /// Nested levels, and those of normals.
+    Clipmap(Clipmap, Option<(Clipmap, NormalLobe)>),
 }
 
 impl Structure {
@@ -41,6 +41,7 @@ impl Structure {
             constants,
             directionality,
             face_stride,
+            lobe,
             ..
         } = volume;
         let is = |passes| std::ptr::eq(volume.passes, passes);
@@ -53,7 +54,13 @@ impl Structure {
         if is(&mips::CONES) {
             let [radiance, faces] = [image(0), image(2)];
             if is_isotropic {
-                return Structure::Chain(read_chain(gpu, radiance), Vec::new(), Lattice::Centres);
+                let normals = lobe.map(|_| read_chain(gpu, image(3)));
+                return Structure::Chain(
+                    read_chain(gpu, radiance),
+                    normals.unwrap_or_default(),
+                    Lattice::Centres,
+                    lobe.unwrap_or_default(),
+                );
             }
             return Structure::Faces(FaceChain {
                 finest: (!has_finest_faces).then(|| read_chain(gpu, radiance).swap_remove(0)),
@@ -63,23 +70,17 @@ impl Structure {
         }
         if is(&clipmap::CONES) {
             let (layout, eye) = layout.expect("a clipmap's layout");
-            let [texels, top] = [image(1), image(2)];
-            return Structure::Clipmap(read_clipmap(
-                gpu,
-                texels,
-                top,
-                directionality,
-                weights,
-                &layout,
-                eye,
-            ));
+            let read = |[texels, top]: [usize; 2]| {
+                let images = [image(texels), image(top)];
+                read_clipmap(gpu, images, directionality, weights, &layout, eye)
+            };
+            return Structure::Clipmap(read([1, 2]), lobe.map(|lobe| (read([4, 5]), lobe)));
         }
         let Some((_, Bound::Buffer(nodes))) = bound[0] else {
             panic!("an octree has nodes")
         };
         let [bricks, normals] = [image(1), image(2)];
-        let [corners, has_normals] =
-            ["CORNERS", "NORMALS"].map(|name| constants.contains(&Some((name, 1))));
+        let corners = constants.contains(&Some(("CORNERS", 1)));
         let tiles = tiles(gpu, nodes, resolution);
         let edge = |level: usize| (resolution >> level) + u32::from(corners);
         let read =
@@ -96,12 +97,9 @@ impl Structure {
             } else {
                 Lattice::Centres
             };
-            let normals = if has_normals {
-                all(normals)
-            } else {
-                Vec::new()
-            };
-            return Structure::Chain(all(bricks), normals, lattice);
+            let normals = lobe.map(|_| all(normals)).unwrap_or_default();
+            let lobe = lobe.unwrap_or_default();
+            return Structure::Chain(all(bricks), normals, lattice, lobe);
         }
         // A finest level without faces lies where the last of them would.
         let finest =
@@ -122,14 +120,20 @@ impl Structure {
     /// It, as cones march through it.
     pub fn levels(&self) -> Levels<'_> {
         match self {
-            Structure::Chain(light, normals, lattice) => Levels {
+            Structure::Chain(light, normals, lattice, lobe) => Levels {
                 light,
                 normals,
                 lattice: *lattice,
+                lobe: *lobe,
                 ..Levels::default()
             },
             Structure::Faces(faces) => faces.into(),
-            Structure::Clipmap(clipmap) => clipmap.into(),
+            Structure::Clipmap(clipmap, None) => clipmap.into(),
+            Structure::Clipmap(clipmap, Some((normals, lobe))) => Levels {
+                clipmap_normals: Some(normals),
+                lobe: *lobe,
+                ..clipmap.into()
+            },
         }
     }
 }
@@ -197,8 +201,7 @@ impl Pool {
 
 fn read_clipmap(
     gpu: &Gpu,
-    clipmap: &Arc<Image>,
-    top: &Arc<Image>,
+    [clipmap, top]: [&Arc<Image>; 2],
     directionality: Directionality,
     weights: FaceWeights,
     layout: &Layout,

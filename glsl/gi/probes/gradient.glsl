@@ -5,7 +5,7 @@
 #define LUMIVOX_PROBES_GRADIENT
 
 #include "gi/probes/hit.glsl"
-#include "gi/shared/screen/luminance.glsl"
+#include "shared/luminance.glsl"
 
 // Nearer surfaces (cells) count as so near, and flatter views (cosines) as so flat.
 const float NEAREST = 0.25, FLATTEST = 0.1;

@@ -7,7 +7,7 @@
 
 #include "gi/probes/atlas.glsl"
 #include "gi/probes/cage.glsl"
-#include "gi/shared/screen/luminance.glsl"
+#include "shared/luminance.glsl"
 #include "gi/shared/sh.glsl"
 
 layout(constant_id = LOOKUP_CONSTANT) const uint IRRADIANCE_TEXELS = 8;

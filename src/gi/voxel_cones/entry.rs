@@ -4,9 +4,10 @@ use super::rules::RULES;
 use super::schedule::frames_behind;
 use crate::gi::entry::{Directions, Entry, Lends, Make, Stage, Substitution};
 use crate::gi::inspect::{Channels, Scale, ViewRow};
+use crate::gi::settings::{SettingError, Settings};
 use crate::gi::shared::cone::{self, VolumePasses};
 use crate::gi::shared::interleave;
-use crate::gi::shared::voxel::{self, LightBounces, SpacePasses, trace};
+use crate::gi::shared::voxel::{self, Directionality, LightBounces, SpacePasses, trace};
 use crate::gi::{StoreKind, Wanted};
 use crate::graph::Pass;
 use crate::render::bvh::HOST_WORK;
@@ -91,7 +92,7 @@ pub(super) const fn entry(name: &'static str, summary: &'static str, make: Make)
         frames_to_rest: |settings| {
             LightBounces::new(settings).frames_to_rest() + frames_behind(settings)
         },
-        check: cone::check,
+        check,
         emission_in_slots: |settings| {
             if cone::EmitterMethod::new(settings) == cone::EmitterMethod::Gather {
                 Vec::new()
@@ -110,6 +111,27 @@ pub(super) const fn entry(name: &'static str, summary: &'static str, make: Make)
         rules: &[RULES, interleave::RULES, interleave::SPECULAR_RULES],
         ..Entry::new(name, summary, make)
     }
+}
+
+/// Whether the settings are possible together.
+fn check(settings: &Settings) -> Result<(), SettingError> {
+    let has_faces = Directionality::new(settings) != Directionality::Isotropic;
+    let has_two = settings.is("gather", "cones") || settings.is("radiance", "two-sided");
+    let normals = settings.choice("normals");
+    if normals != "off" && has_faces {
+        return Err(SettingError::Together(format!(
+            "normals = {normals} needs anisotropic = off and faces = one: faces know which way \
+             their light leaves them"
+        )));
+    }
+    if normals != "off" && !has_two {
+        return Err(SettingError::Together(format!(
+            "normals = {normals} with gather = {} needs radiance = two-sided: mean normals are \
+             those of the two sides of voxels",
+            settings.choice("gather")
+        )));
+    }
+    cone::check(settings)
 }
 
 /// A store as others use it: the light of what emits is in its voxels.

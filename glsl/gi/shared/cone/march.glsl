@@ -4,6 +4,7 @@
 
 #include "shared/environment.glsl"
 #include "gi/shared/cone/faces.glsl"
+#include "gi/shared/cone/normals.glsl"
 #include "gi/shared/cone/volume.glsl"
 
 // With RECORD_SAMPLES the including pass has

@@ -19,7 +19,7 @@ layout(push_constant) uniform ATrousParams {
 } params;
 
 #include "gi/shared/screen/one_surface.glsl"
-#include "gi/shared/screen/luminance.glsl"
+#include "shared/luminance.glsl"
 
 // B3 spline: weights of taps 0, 1 and 2 steps away.
 const float SPLINE[3] = float[3](0.375, 0.25, 0.0625);

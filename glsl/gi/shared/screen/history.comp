@@ -48,7 +48,7 @@ layout(push_constant) uniform HistoryParams {
 #include "gi/shared/screen/one_surface.glsl"
 #include "shared/turned.glsl"
 #include "shared/ggx.glsl"
-#include "gi/shared/screen/luminance.glsl"
+#include "shared/luminance.glsl"
 
 // Less than this of a bilinear sample is no history.
 const float LEAST_KEPT = 1e-3;

@@ -19,7 +19,7 @@ layout(push_constant) uniform VarianceParams {
 } params;
 
 #include "gi/shared/screen/one_surface.glsl"
-#include "gi/shared/screen/luminance.glsl"
+#include "shared/luminance.glsl"
 
 const int REACH = 3;              // px
 const float ENOUGH_FRAMES = 4.0;

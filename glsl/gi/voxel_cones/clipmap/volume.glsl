@@ -19,6 +19,9 @@ layout(std430, set = 1, binding = VOLUME_BINDING) restrict readonly buffer Level
 layout(set = 1, binding = VOLUME_BINDING + 1) uniform texture3D clipmap;
 layout(set = 1, binding = VOLUME_BINDING + 2) uniform texture3D top;
 layout(set = 1, binding = VOLUME_BINDING + 3) uniform utexture3D matter;
+// With NORMALS: the mean normal of what shines, times its luminance; premultiplied by opacity, too.
+layout(set = 1, binding = VOLUME_BINDING + 4) uniform texture3D normals_of_levels;
+layout(set = 1, binding = VOLUME_BINDING + 5) uniform texture3D normals_of_top;
 
 // 1 inside a level, falling to 0 in a border of n/16 voxels, one voxel off the nearest that its end
 // can be.
@@ -57,13 +60,18 @@ float largest_texel(vec3 position) {
     return exp2(floor(faded) + min(4.0 * fract(faded), 1.0));
 }
 
-// Trilinear sample of a face of a level; 0 where there is one for all directions. Positions and
-// rows are modulo N.
-vec4 sample_stored(vec3 at, int face, int level) {
+// Where a face of a level is stored; 0 where there is one for all directions. Positions and rows
+// are modulo N.
+vec3 stored_place(vec3 at, int face, int level) {
     float layers = float(LEVELS * (N + 2)), y = at.y;
     if (FACES) y = (float(face_row(face, N)) + fract(at.y) * float(N)) / float(6 * (N + 2));
     float z = (float(slab_layer(level, N)) + fract(at.z) * float(N)) / layers;
-    return textureLod(sampler3D(clipmap, linear_repeat), vec3(at.x, y, z), 0.0);
+    return vec3(at.x, y, z);
+}
+
+// Trilinear sample of a face of a level.
+vec4 sample_stored(vec3 at, int face, int level) {
+    return textureLod(sampler3D(clipmap, linear_repeat), stored_place(at, face, level), 0.0);
 }
 
 // The same for a mip above the outermost level, at a position in its cube.
@@ -88,8 +96,13 @@ InLevel in_level(vec3 position, int level) {
         row.w);
 }
 
+struct VolumeTexel {
+    vec4 light;
+    vec3 normal;   // mean normal of what shines, times its luminance
+};
+
 // Trilinear sample of one level.
-vec4 sample_level(vec3 position, int level, vec3 direction) {
+VolumeTexel sample_level(vec3 position, int level, vec3 direction) {
     int stored = min(level, LEVELS - 1), mip = max(level - LEVELS, 0);
     InLevel at_level = in_level(position, level);
     uint first = uint(at_level.first);
@@ -109,7 +122,16 @@ vec4 sample_level(vec3 position, int level, vec3 direction) {
     } else {
         result = sample_top(in_top, 0, mip);
     }
-    return result;
+    VolumeTexel texel = VolumeTexel(result, vec3(0.0));
+    if (NORMALS != 0u && is_stored) {
+        texel.normal = textureLod(
+            sampler3D(normals_of_levels, linear_repeat), stored_place(at, 0, stored), 0.0)
+                           .xyz;
+    } else if (NORMALS != 0u) {
+        texel.normal =
+            textureLod(sampler3D(normals_of_top, linear_clamp), in_top, float(mip)).xyz;
+    }
+    return texel;
 }
 
 // The level of a sample, between two: `level` is log2 of its diameter [voxels of level 0].
@@ -123,10 +145,16 @@ vec4 sample_volume(vec3 position, float resolution, float level, vec3 direction)
     level = level_of_sample(position, level);
     int finer = int(level);
     float coarser_share = level - float(finer);
-    vec4 texel = (1.0 - coarser_share) * sample_level(position, finer, direction);
-    if (coarser_share > 0.0)
-        texel += coarser_share * sample_level(position, finer + 1, direction);
-    return texel;
+    VolumeTexel texel = sample_level(position, finer, direction);
+    vec4 light = (1.0 - coarser_share) * texel.light;
+    vec3 normal = (1.0 - coarser_share) * texel.normal;
+    if (coarser_share > 0.0) {
+        texel = sample_level(position, finer + 1, direction);
+        light += coarser_share * texel.light;
+        normal += coarser_share * texel.normal;
+    }
+    if (NORMALS != 0u) light.rgb = seen_by_normals(light.rgb, normal, direction);
+    return light;
 }
 
 float sampled_level(vec3 position, float resolution, float diameter) {
@@ -148,5 +176,6 @@ bool may_see_matter(vec3 position, float resolution, float diameter) {
 uint sides_of_voxels() {
     uint sides = 1u;
     if (FINEST_FACES) sides = 2u;
+    if (NORMALS != 0u) sides = 2u;
     return sides;
 }

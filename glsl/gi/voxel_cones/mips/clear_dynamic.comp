@@ -7,7 +7,7 @@ layout(local_size_x = 64) in;
 #include "gi/shared/voxel/records.glsl"
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Voxels { Voxel voxels[]; };
-layout(set = 1, binding = 1, rgba16f) uniform restrict writeonly image3D dense_radiance;
+layout(set = 1, binding = 1, rgba16f) uniform restrict writeonly image3D cleared;
 
 layout(push_constant) uniform ClearParams { uint first_voxel; uint voxel_count; } params;
 
@@ -16,7 +16,7 @@ void main() {
     if (index >= params.voxel_count) return;
     Voxel voxel = voxels[params.first_voxel + index];
     // One cube, or those of six faces side by side.
-    ivec3 size = imageSize(dense_radiance),
+    ivec3 size = imageSize(cleared),
           texel = ivec3(voxel_coordinates(voxel.xy, voxel.z_area));
-    for (; texel.x < size.x; texel.x += size.y) imageStore(dense_radiance, texel, vec4(0.0));
+    for (; texel.x < size.x; texel.x += size.y) imageStore(cleared, texel, vec4(0.0));
 }

@@ -9,6 +9,8 @@ layout(set = 1, binding = VOLUME_BINDING) uniform texture3D voxels;
 layout(set = 1, binding = VOLUME_BINDING + 1) uniform utexture3D matter;
 // The levels with six faces, one cube beside the other along x.
 layout(set = 1, binding = VOLUME_BINDING + 2) uniform texture3D faces;
+// With NORMALS: the mean normal of what shines, times its luminance; premultiplied by opacity, too.
+layout(set = 1, binding = VOLUME_BINDING + 3) uniform texture3D normals_of_voxels;
 
 // Trilinear sample of the three faces that a ray meets on a level, as one texel. Each cube is
 // clamped to its own edge.
@@ -47,7 +49,13 @@ vec4 sample_levels(vec3 position, float resolution, float level, vec3 direction)
 vec4 sample_volume(vec3 position, float resolution, float level, vec3 direction) {
     if (FACES)
         return sample_levels(position, resolution, clamp(level, 0.0, log2(resolution)), direction);
-    return textureLod(sampler3D(voxels, linear_clamp), position / resolution, level);
+    vec3 at = position / resolution;
+    vec4 texel = textureLod(sampler3D(voxels, linear_clamp), at, level);
+    if (NORMALS != 0u) {
+        vec3 normal = textureLod(sampler3D(normals_of_voxels, linear_clamp), at, level).xyz;
+        texel.rgb = seen_by_normals(texel.rgb, normal, direction);
+    }
+    return texel;
 }
 
 // False only where a sample of this diameter [voxels, at least 1] is zero. Between two mips the
@@ -86,5 +94,6 @@ float sampled_level(vec3 position, float resolution, float diameter) {
 uint sides_of_voxels() {
     uint sides = 1u;
     if (FINEST_FACES) sides = 2u;
+    if (NORMALS != 0u) sides = 2u;
     return sides;
 }

@@ -2,17 +2,13 @@
 // octree. `params.face_stride`: bricks from a face of a tile to the next.
 #include "gi/voxel_cones/svo/indirection.glsl"
 #include "gi/voxel_cones/svo/pool.glsl"
-#include "gi/voxel_cones/svo/lit_normals.glsl"
 
 layout(constant_id = 0) const uint CORNERS = 0;
-// 1: texels are the light of both sides together, and shine by their normals
-layout(constant_id = 2) const uint NORMALS = 0;
 
 layout(std430, set = 1, binding = VOLUME_BINDING) restrict readonly buffer Nodes { uint nodes[]; };
 // Radiance premultiplied by opacity.
 layout(set = 1, binding = VOLUME_BINDING + 1) uniform texture3D bricks;
 // Mean normal of what shines, times its luminance; premultiplied by opacity, too.
-// See gi/voxel_cones/svo/lit_normals.glsl.
 layout(set = 1, binding = VOLUME_BINDING + 2) uniform texture3D normals_of_bricks;
 layout(set = 1, binding = VOLUME_BINDING + 3) uniform utexture3D indirection;
 
@@ -112,8 +108,7 @@ vec4 sample_volume(vec3 position, float resolution, float level, vec3 direction)
         light += coarser_share * texel.light;
         normal += coarser_share * texel.normal;
     }
-    if (NORMALS != 0u)
-        light.rgb *= facing_share(normal / max(luminance(light.rgb), 1e-20), direction);
+    if (NORMALS != 0u) light.rgb = seen_by_normals(light.rgb, normal, direction);
     return light;
 }
 
@@ -147,7 +142,8 @@ float sampled_level(vec3 position, float resolution, float diameter) {
 }
 
 uint sides_of_voxels() {
-    uint sides = 1u + NORMALS;
+    uint sides = 1u;
     if (FINEST_FACES) sides = 2u;
+    if (NORMALS != 0u) sides = 2u;
     return sides;
 }

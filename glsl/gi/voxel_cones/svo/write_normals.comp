@@ -1,13 +1,13 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // svo.write_normals: the mean normal of what shines, times its luminance
-// (gi/voxel_cones/svo/lit_normals.glsl) and opacity, and opacity.
+// (gi/shared/voxel/light/lit_normals.glsl) and opacity, and opacity.
 layout(local_size_x = 64) in;
 
-#include "gi/voxel_cones/svo/lit_normals.glsl"
 #include "gi/voxel_cones/svo/pieces.glsl"
 #include "gi/voxel_cones/svo/touched.glsl"
 #include "gi/shared/voxel/records.glsl"
+#include "gi/shared/voxel/light/lit_normals.glsl"
 
 layout(std430, set = 1, binding = 0) restrict readonly buffer Nodes { uint nodes[]; };
 // two sides a voxel
@@ -35,8 +35,7 @@ vec4 side_of_voxel(uint side) {
 vec4 voxel_texel(uint voxel, uint face) {
     vec4 front = side_of_voxel(2u * voxel), back = side_of_voxel(2u * voxel + 1u);
     Voxel record = voxel_records[voxel - params.first_voxel];
-    vec3 normal = is_opposed(record) ? front_of(record) : unpack_mean_normal(record.normal);
-    return vec4(luminance(front.rgb - back.rgb) * front.a * normal, front.a);
+    return vec4(lit_normal(record, front.rgb, back.rgb) * front.a, front.a);
 }
 
 #include "gi/voxel_cones/svo/leaves.glsl"

@@ -1,6 +1,6 @@
 //! What cones march through: the volume of a store, as data, and the passes through it.
 
-use crate::gi::shared::voxel::{Directionality, VoxelGrid};
+use crate::gi::shared::voxel::{Directionality, NormalLobe, VoxelGrid};
 use crate::graph::{Binding, Bound, Frame, Pass, PassBuilder, Sets, Shaders};
 use crate::shader::StructLayout;
 
@@ -99,12 +99,21 @@ macro_rules! volume_passes {
 }
 pub(in crate::gi) use volume_passes;
 
-/// The constants of a pass through a volume: the volume's own, the pass's own, and those of faces.
+/// The constants of a pass through a volume: the volume's own, the pass's own, and those of faces
+/// and normals.
 pub(in crate::gi) const fn constants(
     [first, third]: [&'static str; 2],
     own: &'static str,
-) -> [&'static str; 6] {
-    [first, own, third, "FACES", "FINEST_FACES", "EXTINCTION"]
+) -> [&'static str; 7] {
+    [
+        first,
+        own,
+        third,
+        "FACES",
+        "FINEST_FACES",
+        "EXTINCTION",
+        "NORMALS",
+    ]
 }
 
 pub(in crate::gi) const fn pass(
@@ -152,11 +161,13 @@ pub struct Volume<'v> {
     /// Where it is, in its finest voxels.
     pub grid: VoxelGrid,
     /// Its bindings, by name.
-    pub bound: [Option<(&'static str, Bound<'v>)>; 4],
+    pub bound: [Option<(&'static str, Bound<'v>)>; 6],
     /// Its constants, by name, but for that of whether samples without matter are skipped.
     pub constants: [Option<(&'static str, u32)>; 2],
     /// Which levels have six faces.
     pub directionality: Directionality,
+    /// Whether texels shine by their mean normals, and how; then none has faces.
+    pub lobe: Option<NormalLobe>,
     /// Radiances of a voxel.
     pub sides: u32,
     /// Voxels that a cone crosses at most along an axis.
@@ -213,6 +224,7 @@ impl Volume<'_> {
             "FACES" => u32::from(self.directionality != Directionality::Isotropic),
             "FINEST_FACES" => u32::from(self.directionality.faces().is_some()),
             "EXTINCTION" => u32::from(march.weights == FaceWeights::Extinction),
+            "NORMALS" => self.lobe.map_or(0, |lobe| lobe as u32),
             _ => {
                 let mut own = self.constants.iter().flatten();
                 own.find(|(known, _)| *known == name)?.1

@@ -34,10 +34,11 @@ pub use light::settings::{
     Attenuation, EmissionSeenBy, Injection, LightSettings, Occlusion, Sides, Viewer,
 };
 pub use light::slots::{LitVoxels, VoxelSlots};
-pub use light::{CLEAR_LIGHT, LightInputs, VoxelLight, VoxelRecords, add_counts};
+pub use light::{CLEAR_LIGHT, DenseTexels, LightInputs, VoxelLight, VoxelRecords, add_counts};
 pub use lit_grid::LitGrid;
 pub use prefilter::{
-    ANISOTROPIC, DIRECTIONAL, Directionality, FACE_SETTINGS, Faces, MIP_FILTER, Prefilter,
+    ANISOTROPIC, DIRECTIONAL, Directionality, FACE_SETTINGS, Faces, MIP_FILTER, NormalLobe,
+    Prefilter,
 };
 pub use survey::Survey;
 pub use trace::emitters::{CANDIDATES, EmitterPoints, GpuEmitterPart, emitter_rows};

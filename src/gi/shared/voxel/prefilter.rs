@@ -53,6 +53,16 @@ pub static FACE_SETTINGS: &[Setting] = &[
         domain: Domain::Choice(&["extinction", "squared"]),
         default: "extinction",
     },
+    Setting {
+        name: "normals",
+        help: "where the light of a texel without faces goes: off (all ways alike) or by the mean \
+               normal of what shines, which a second texel holds: toksvig (normals spread around \
+               it by Toksvig's variance, and a cone sees the share that faces it) or harmonics \
+               (two bands)",
+        unit: "",
+        domain: Domain::Choice(&["off", "toksvig", "harmonics"]),
+        default: "off",
+    },
 ];
 
 /// Six directions from level 1 on, with the opacity exponent that holds on curved walls too.
@@ -110,6 +120,28 @@ impl Directionality {
             Some(faces)
         } else {
             None
+        }
+    }
+}
+
+/// How the light of a texel goes where its mean normal says: the share of it that a cone sees
+/// (`gi/shared/cone/normals.glsl`).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum NormalLobe {
+    /// Normals are spread around their mean with Toksvig's variance (Toksvig 2005).
+    #[default]
+    Toksvig = 1,
+    /// The first two bands of what a one-sided surface sends.
+    Harmonics = 2,
+}
+
+impl NormalLobe {
+    /// From a technique's settings; `None` where texels shine alike to all sides.
+    pub fn new(settings: &Settings) -> Option<Self> {
+        match settings.find_choice("normals") {
+            Some("toksvig") => Some(NormalLobe::Toksvig),
+            Some("harmonics") => Some(NormalLobe::Harmonics),
+            _ => None,
         }
     }
 }

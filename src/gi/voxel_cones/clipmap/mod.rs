@@ -25,9 +25,9 @@ use crate::gi::shared::cone::volume::volume_passes;
 use crate::gi::shared::cone::{Volume, VolumePasses, VoxelVolume};
 use crate::gi::shared::voxel::trace::space::space_passes;
 use crate::gi::shared::voxel::{
-    Directionality, Interior, LightInputs, LightSettings, Prefilter, Sides, Space, SpacePasses,
-    Surface, VoxelBox, VoxelLight, VoxelRecords, VoxelSettings, VoxelWindow, WindowScratch,
-    add_counts,
+    Directionality, Interior, LightInputs, LightSettings, NormalLobe, Prefilter, Sides, Space,
+    SpacePasses, Surface, VoxelBox, VoxelLight, VoxelRecords, VoxelSettings, VoxelWindow,
+    WindowScratch, add_counts,
 };
 use crate::graph::compute::read;
 use crate::graph::{Access, Binding, Buffer, Error, Frame, FrameStats, Gpu};
@@ -41,6 +41,8 @@ pub static CONES: VolumePasses = volume_passes!(
         Binding::sampled("clipmap", Access::ComputeSampled),
         Binding::sampled("top", Access::ComputeSampled),
         Binding::sampled("matter", Access::ComputeSampled),
+        Binding::sampled("normals_of_levels", Access::ComputeSampled),
+        Binding::sampled("normals_of_top", Access::ComputeSampled),
     ]
 );
 
@@ -92,7 +94,8 @@ impl VoxelStore for Clipmap {
         );
         let directionality = Directionality::new(settings);
         let faces = directionality.faces();
-        let sides = if faces.is_some() {
+        let lobe = NormalLobe::new(settings);
+        let sides = if faces.is_some() || lobe.is_some() {
             Sides::Two
         } else {
             Sides::One
@@ -105,7 +108,7 @@ impl VoxelStore for Clipmap {
         };
         let filter = Prefilter::new(settings);
         let volume = (parts.gatherer.needs_volume(parts.has_cones))
-            .then(|| ClipmapVolume::new(gpu, layout, filter, directionality));
+            .then(|| ClipmapVolume::new(gpu, layout, filter, (directionality, lobe)));
         let space =
             (parts.gatherer.rays.is_some()).then(|| ClipmapSpace::new(gpu, layout, light_settings));
         Ok(Clipmap {

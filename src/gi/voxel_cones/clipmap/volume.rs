@@ -9,7 +9,9 @@ use super::filled::Filled;
 use super::layout::{Inner, Layout, Place};
 use crate::gi::shared::cone::Volume;
 use crate::gi::shared::voxel::build::buffer;
-use crate::gi::shared::voxel::{Directionality, Prefilter, VoxelBox, VoxelLight, Voxels};
+use crate::gi::shared::voxel::{
+    Directionality, NormalLobe, Prefilter, VoxelBox, VoxelLight, Voxels,
+};
 use crate::gpu_struct;
 use crate::graph::compute::linear_groups;
 use crate::graph::{
@@ -83,10 +85,10 @@ gpu_struct! {
     }
 }
 
-/// Writes a level's voxels into its texels, except where only the next finer level is shown. A
-/// thread a voxel.
+/// Writes a level's voxels into its texels, their radiance or their mean normals, except where only
+/// the next finer level is shown. A thread a voxel.
 pub static WRITE_VOXELS: Pass = Pass {
-    constants: &["FACES", "SIX", "SIDES"],
+    constants: &["FACES", "SIX", "SIDES", "WRITTEN"],
     ..Pass::compute(
         "clipmap.write_voxels",
         "gi/voxel_cones/clipmap/write_voxels.comp",
@@ -139,16 +141,36 @@ pub static FILTER_TOP: Pass = Pass {
     )
 };
 
-/// The texels of all levels.
+/// What `clipmap.write_voxels` writes, as `WRITTEN` there.
+#[derive(Clone, Copy)]
+enum Written {
+    /// A radiance for all directions, or for each face.
+    Radiance = 0,
+    /// The radiances of both sides together.
+    BothSides = 1,
+    /// The mean normal of what shines, times its luminance.
+    Normal = 2,
+}
+
+/// Texels of all levels, RGBA16F, premultiplied by opacity, and opacity.
+struct Texels {
+    /// n × n × levels · (n + 2); with faces n × 6 (n + 2) × levels · (n + 2).
+    levels: Arc<Image>,
+    /// Mips of the outermost level, (n/2)³ and less; with faces six side by side along x.
+    top: Arc<Image>,
+    written: Written,
+}
+
+/// What cones march through.
 pub struct ClipmapVolume {
     layout: Layout,
     filter: Prefilter,
     directionality: Directionality,
-    /// RGBA16F, radiance (W/(m² sr)) premultiplied by opacity, and opacity: n × n × levels · (n +
-    /// 2); with faces n × 6 (n + 2) × levels · (n + 2).
-    pub clipmap: Arc<Image>,
-    /// Mips of the outermost level, (n/2)³ and less; with faces six side by side along x.
-    pub top: Arc<Image>,
+    lobe: Option<NormalLobe>,
+    /// Radiance (W/(m² sr)).
+    light: Texels,
+    /// Mean normals of what shines, times its luminance (W/(m² sr)), where texels shine by them.
+    normals: Option<Texels>,
     /// Where these may be other than zero.
     pub(super) filled: Filled,
     /// Two rows a level: for pictures, and for voxels, whose light does not depend on where
@@ -162,7 +184,7 @@ impl ClipmapVolume {
         gpu: &Gpu,
         layout: Layout,
         filter: Prefilter,
-        directionality: Directionality,
+        (directionality, lobe): (Directionality, Option<NormalLobe>),
     ) -> Result<Self, Error> {
         let n = layout.resolution;
         let [height, cubes] = if directionality == Directionality::Isotropic {
@@ -182,17 +204,23 @@ impl ClipmapVolume {
                 owner: Owner::Store,
             })
         };
+        let texels = |[levels, top]: [&str; 2], written| {
+            Ok::<_, Error>(Texels {
+                levels: image(levels, [n, height, layout.levels * (n + 2)], 1)?,
+                top: image(top, [cubes * (n / 2), n / 2, n / 2], layout.top_mips())?,
+                written,
+            })
+        };
+        let written = lobe.map_or(Written::Radiance, |_| Written::BothSides);
+        let names = ["clipmap.normals", "clipmap.top_normals"];
         let rows = || buffer(gpu, "clipmap.rows", 32 * u64::from(layout.levels));
         Ok(ClipmapVolume {
             layout,
             filter,
             directionality,
-            clipmap: image("clipmap.levels", [n, height, layout.levels * (n + 2)], 1)?,
-            top: image(
-                "clipmap.top",
-                [cubes * (n / 2), n / 2, n / 2],
-                layout.top_mips(),
-            )?,
+            lobe,
+            light: texels(["clipmap.levels", "clipmap.top"], written)?,
+            normals: lobe.map(|_| texels(names, Written::Normal)).transpose()?,
             filled: Filled::new(gpu, layout)?,
             rows: [rows()?, rows()?],
         })
@@ -228,22 +256,31 @@ impl ClipmapVolume {
 
     fn volume<'v>(&'v self, levels: &'v Arc<Buffer>, outermost: Place) -> Volume<'v> {
         let (n, count) = (self.layout.resolution, self.layout.levels);
+        let normals = self.normals.as_ref().unwrap_or(&self.light);
         Volume {
             passes: &CONES,
             grid: self.layout.grid(outermost.first),
             bound: [
                 Some(("levels", Bound::Buffer(levels))),
-                Some(("clipmap", Bound::Image(&self.clipmap))),
-                Some(("top", Bound::Image(&self.top))),
+                Some(("clipmap", Bound::Image(&self.light.levels))),
+                Some(("top", Bound::Image(&self.light.top))),
                 Some(("matter", Bound::Image(&self.filled.matter))),
+                Some(("normals_of_levels", Bound::Image(&normals.levels))),
+                Some(("normals_of_top", Bound::Image(&normals.top))),
             ],
             constants: [Some(("N", n)), Some(("LEVELS", count))],
             directionality: self.directionality,
-            sides: 1 + u32::from(self.directionality.faces().is_some()),
+            lobe: self.lobe,
+            sides: 1 + u32::from(self.lobe.is_some() || self.directionality.faces().is_some()),
             // In each level further out voxels are larger.
             voxels_across: n * count,
             face_stride: 0,
         }
+    }
+
+    /// All texels, each made by the same passes.
+    fn texels(&self) -> impl Iterator<Item = &Texels> {
+        std::iter::once(&self.light).chain(&self.normals)
     }
 
     fn has_faces(&self) -> u32 {
@@ -259,27 +296,31 @@ impl ClipmapVolume {
         }
     }
 
-    /// Adds the pass that empties all texels.
+    /// Adds the passes that empty all texels.
     pub fn clear(&self, frame: &mut Frame) {
-        frame.clear_image("clipmap.clear", &self.clipmap, [0.0; 4]);
+        for texels in self.texels() {
+            frame.clear_image("clipmap.clear", &texels.levels, [0.0; 4]);
+        }
     }
 
-    /// Adds the pass that empties a box of a level, in voxels of its unbounded grid.
+    /// Adds the passes that empty a box of a level, in voxels of its unbounded grid.
     pub fn clear_box(&self, frame: &mut Frame, level: u32, cleared: VoxelBox) {
         if cleared.is_empty() {
             return;
         }
         let size = cleared.size();
         let groups = (size.as_uvec3() + 3) / 4;
-        frame
-            .pass(&CLEAR_BOX)
-            .bind("clipmap", &self.clipmap)
-            .constant("FACES", self.has_faces())
-            .push(&ClearBoxParams {
-                first: self.wrap(cleared.low),
-                size: size.extend(level as i32).to_array(),
-            })
-            .dispatch(groups.to_array());
+        for texels in self.texels() {
+            frame
+                .pass(&CLEAR_BOX)
+                .bind("clipmap", &texels.levels)
+                .constant("FACES", self.has_faces())
+                .push(&ClearBoxParams {
+                    first: self.wrap(cleared.low),
+                    size: size.extend(level as i32).to_array(),
+                })
+                .dispatch(groups.to_array());
+        }
     }
 
     /// Adds the pass that writes the voxels of a level that are in `region`, except those that the
@@ -307,16 +348,19 @@ impl ClipmapVolume {
             voxel_count,
             clipmap_level,
         };
-        let pass = frame
-            .pass(&WRITE_VOXELS)
-            .bind("voxels", &voxels.records)
-            .bind("voxel_radiance", &light.radiance)
-            .bind("clipmap", &self.clipmap);
-        pass.constant("FACES", self.has_faces())
-            .constant("SIX", light.settings.stores_faces)
-            .constant("SIDES", light.settings.radiances())
-            .push(&params)
-            .dispatch(linear_groups(voxels.voxel_count));
+        for texels in self.texels() {
+            let pass = frame
+                .pass(&WRITE_VOXELS)
+                .bind("voxels", &voxels.records)
+                .bind("voxel_radiance", &light.radiance)
+                .bind("clipmap", &texels.levels);
+            pass.constant("FACES", self.has_faces())
+                .constant("SIX", light.settings.stores_faces)
+                .constant("SIDES", light.settings.radiances())
+                .constant("WRITTEN", texels.written as u32)
+                .push(&params)
+                .dispatch(linear_groups(voxels.voxel_count));
+        }
     }
 
     /// Adds the pass that makes the texels of a level that are in `region` from the next finer one,
@@ -333,27 +377,26 @@ impl ClipmapVolume {
         if made.is_empty() {
             return;
         }
-        frame
-            .pass(&FILTER_INNER)
-            .bind("clipmap", &self.clipmap)
-            .bind("occupancy", &voxels.occupancy)
-            .constant("FILTER", self.filter as u32)
-            .constant("FACES", self.has_faces())
-            .constant("FINER_FACES", self.has_six(level - 1))
-            .push(&InnerParams {
-                first: self.wrap(made.low),
-                region_low: (made.low - voxels.lattice.first).extend(0).to_array(),
-                region_size: made.size().extend(0).to_array(),
-                inner_middle: (inner.middle - 2 * made.low).extend(inner.reach).to_array(),
-                inner_level: level as i32,
-                inner_ramp: inner.ramp,
-            })
-            .dispatch(
-                made.size()
-                    .as_uvec3()
-                    .to_array()
-                    .map(|edge| edge.div_ceil(4)),
-            );
+        let params = InnerParams {
+            first: self.wrap(made.low),
+            region_low: (made.low - voxels.lattice.first).extend(0).to_array(),
+            region_size: made.size().extend(0).to_array(),
+            inner_middle: (inner.middle - 2 * made.low).extend(inner.reach).to_array(),
+            inner_level: level as i32,
+            inner_ramp: inner.ramp,
+        };
+        let groups = (made.size().as_uvec3() + 3) / 4;
+        for texels in self.texels() {
+            frame
+                .pass(&FILTER_INNER)
+                .bind("clipmap", &texels.levels)
+                .bind("occupancy", &voxels.occupancy)
+                .constant("FILTER", self.filter as u32)
+                .constant("FACES", self.has_faces())
+                .constant("FINER_FACES", self.has_six(level - 1))
+                .push(&params)
+                .dispatch(groups.to_array());
+        }
     }
 
     /// Adds the passes that make the mips above the outermost level, which begins at `first`, where
@@ -364,7 +407,7 @@ impl ClipmapVolume {
             low: region.low - first,
             end: region.end - first,
         };
-        for mip in 0..self.top.mips() {
+        for mip in 0..self.light.top.mips() {
             made = made.coarser();
             let params = TopParams {
                 first: self.wrap(first),
@@ -372,21 +415,23 @@ impl ClipmapVolume {
                 region_size: made.size().extend(0).to_array(),
                 finer_level: outermost as i32,
             };
-            let pass = frame.pass(&FILTER_TOP);
-            let (pass, six) = if mip == 0 {
-                (pass.bind("finer", &self.clipmap), self.has_six(outermost))
-            } else {
-                (pass.bind_mip("finer", &self.top, mip - 1), self.has_faces())
-            };
             let [x, y, z] = made.size().as_uvec3().to_array();
             let threads = [x * if self.has_faces() == 0 { 1 } else { 6 }, y, z];
-            pass.bind_mip("coarser", &self.top, mip)
-                .constant("FILTER", self.filter as u32)
-                .constant("FACES", self.has_faces())
-                .constant("FINER_FACES", six)
-                .constant("FROM_LEVEL", mip == 0)
-                .push(&params)
-                .dispatch(threads.map(|texels| texels.div_ceil(4)));
+            for Texels { levels, top, .. } in self.texels() {
+                let pass = frame.pass(&FILTER_TOP);
+                let (pass, six) = if mip == 0 {
+                    (pass.bind("finer", levels), self.has_six(outermost))
+                } else {
+                    (pass.bind_mip("finer", top, mip - 1), self.has_faces())
+                };
+                pass.bind_mip("coarser", top, mip)
+                    .constant("FILTER", self.filter as u32)
+                    .constant("FACES", self.has_faces())
+                    .constant("FINER_FACES", six)
+                    .constant("FROM_LEVEL", mip == 0)
+                    .push(&params)
+                    .dispatch(threads.map(|texels| texels.div_ceil(4)));
+            }
         }
     }
 

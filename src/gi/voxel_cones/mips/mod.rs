@@ -7,8 +7,6 @@ pub mod matter;
 pub mod oracle;
 pub mod volume;
 
-use std::sync::Arc;
-
 pub use entry::ENTRY;
 pub use groups::{FilterGroups, LIST_GROUPS};
 pub use matter::{MARK_MATTER, MatterParams, REDUCE_MATTER, mark_matter, matter_image};
@@ -22,13 +20,14 @@ use crate::gi::shared::cone::{Volume, VoxelVolume};
 use crate::gi::shared::voxel::trace::blocks::RayBlocks;
 use crate::gi::shared::voxel::trace::space::space_passes;
 use crate::gi::shared::voxel::{
-    Directionality, LightInputs, LightSettings, LitGrid, LitVoxels, Prefilter, Sides, Space,
-    SpacePasses, VoxelLight, VoxelRecords, VoxelSettings, Voxels, lit_grid,
+    DenseTexels, Directionality, LightInputs, LightSettings, LitGrid, LitVoxels, NormalLobe,
+    Prefilter, Sides, Space, SpacePasses, VoxelLight, VoxelRecords, VoxelSettings, Voxels,
+    lit_grid,
 };
 use crate::gpu_struct;
 use crate::graph::compute::linear_groups;
 use crate::graph::compute::read;
-use crate::graph::{Access, Binding, Error, Frame, FrameStats, Gpu, Image, Pass};
+use crate::graph::{Access, Binding, Error, Frame, FrameStats, Gpu, Pass};
 use crate::shader::GpuStruct;
 
 gpu_struct! {
@@ -48,7 +47,7 @@ pub static CLEAR_DYNAMIC: Pass = Pass::compute(
     "gi/voxel_cones/mips/clear_dynamic.comp",
     &[
         Binding::buffer("voxels", Access::ComputeRead),
-        Binding::image("dense_radiance", Access::ComputeWrite),
+        Binding::image("cleared", Access::ComputeWrite),
     ],
     ClearParams::LAYOUT,
 );
@@ -96,8 +95,8 @@ impl Mips {
         volume.filter(frame, self.filter);
     }
 
-    fn radiance(&self) -> Option<&Arc<Image>> {
-        self.volume.as_ref().map(|volume| &volume.radiance)
+    fn texels(&self) -> Option<DenseTexels<'_>> {
+        self.volume.as_ref().map(DenseVolume::texels)
     }
 }
 
@@ -109,7 +108,8 @@ impl VoxelStore for Mips {
         let skips_empty = parts.has_cones || parts.gatherer.cones.needs_matter();
         let has_volume = parts.gatherer.needs_volume(parts.has_cones);
         let faces = directionality.faces().filter(|_| has_volume);
-        let sides = if faces.is_some() {
+        let lobe = NormalLobe::new(settings);
+        let sides = if faces.is_some() || lobe.is_some() {
             Sides::Two
         } else {
             Sides::One
@@ -131,7 +131,10 @@ impl VoxelStore for Mips {
         Ok(Mips {
             filter,
             volume: has_volume
-                .then(|| DenseVolume::new(gpu, resolution, directionality, [skips_empty, blits]))
+                .then(|| {
+                    let texels = (directionality, lobe);
+                    DenseVolume::new(gpu, resolution, texels, [skips_empty, blits])
+                })
                 .transpose()?,
             has_cones: !has_rays,
             grid: LitGrid::new(gpu, scene, voxel_settings, light_settings, has_rays)?,
@@ -167,12 +170,14 @@ impl VoxelStore for Mips {
             if volume.groups.is_some() {
                 volume.clear_mips(&mut frame, 1);
             }
-            frame
-                .pass(&CLEAR_DYNAMIC)
-                .bind("voxels", &voxels.records)
-                .bind_mip("dense_radiance", &volume.radiance, 0)
-                .push(&params)
-                .dispatch(linear_groups(params.voxel_count));
+            for image in volume.finest() {
+                frame
+                    .pass(&CLEAR_DYNAMIC)
+                    .bind("voxels", &voxels.records)
+                    .bind_mip("cleared", image, 0)
+                    .push(&params)
+                    .dispatch(linear_groups(params.voxel_count));
+            }
             context.gpu.enqueue(frame);
         }
         let stats = self.grid.follow(context.gpu, context.scene)?;
@@ -188,7 +193,7 @@ impl VoxelStore for Mips {
         let Some((voxels, light)) = &self.grid.lit else {
             return false;
         };
-        light.update(frame, voxels, lights, self.radiance());
+        light.update(frame, voxels, lights, self.texels());
         self.add_mips(frame, is_last);
         true
     }
@@ -208,7 +213,7 @@ impl VoxelStore for Mips {
             return;
         };
         let records = VoxelRecords::from(voxels);
-        light.relight(frame, &records, lights, self.radiance(), relit.viewer);
+        light.relight(frame, &records, lights, self.texels(), relit.viewer);
         self.add_mips(frame, relit.is_last);
     }
 

@@ -6,7 +6,9 @@ use super::groups::FilterGroups;
 use super::{mark_matter, matter_image};
 use crate::gi::shared::cone::volume::volume_passes;
 use crate::gi::shared::cone::{Volume, VolumePasses};
-use crate::gi::shared::voxel::{Directionality, Prefilter, VoxelGrid, Voxels};
+use crate::gi::shared::voxel::{
+    DenseTexels, Directionality, NormalLobe, Prefilter, VoxelGrid, Voxels,
+};
 use crate::gpu_struct;
 use crate::graph::compute::read;
 use crate::graph::{
@@ -39,6 +41,8 @@ pub static FILTER: Pass = Pass {
     )
 };
 
+const NORMALS_OF_VOXELS: &str = "normals_of_voxels";
+
 /// The passes of cones through the mips.
 pub static CONES: VolumePasses = volume_passes!(
     "gi/voxel_cones/mips",
@@ -47,6 +51,7 @@ pub static CONES: VolumePasses = volume_passes!(
         Binding::sampled("voxels", Access::ComputeSampled),
         Binding::sampled("matter", Access::ComputeSampled),
         Binding::sampled("faces", Access::ComputeSampled),
+        Binding::sampled(NORMALS_OF_VOXELS, Access::ComputeSampled),
     ]
 );
 
@@ -57,7 +62,11 @@ pub(super) struct DenseVolume {
     pub(super) radiance: Arc<Image>,
     /// The coarser mips of anisotropic voxels, in the same format, with six faces.
     pub(super) coarser: Option<Arc<Image>>,
+    /// As `radiance`: the mean normal of what shines, times its luminance. Where voxels shine by
+    /// it; then the radiance is that of both sides together.
+    normals: Option<Arc<Image>>,
     directionality: Directionality,
+    lobe: Option<NormalLobe>,
     /// Where samples of it may see matter; one word without contents where nothing asks.
     matter: Arc<Image>,
     has_matter: bool,
@@ -69,7 +78,7 @@ impl DenseVolume {
     pub(super) fn new(
         gpu: &Gpu,
         resolution: u32,
-        directionality: Directionality,
+        (directionality, lobe): (Directionality, Option<NormalLobe>),
         [skips_empty, blits]: [bool; 2],
     ) -> Result<Self, Error> {
         let has_matter = skips_empty || !blits;
@@ -86,7 +95,11 @@ impl DenseVolume {
             coarser: has_coarser
                 .then(|| radiance_image(gpu, "voxel_mips.faces", resolution / 2, 6, all - 1))
                 .transpose()?,
+            normals: lobe
+                .map(|_| radiance_image(gpu, "voxel_mips.normals", resolution, 1, all))
+                .transpose()?,
             directionality,
+            lobe,
             matter: matter_image(gpu, if has_matter { resolution } else { 4 })?,
             has_matter,
             groups: (!blits)
@@ -107,7 +120,11 @@ impl DenseVolume {
 
     /// Adds the passes that empty the mips from `first` on.
     pub(super) fn clear_mips(&self, frame: &mut Frame, first: u32) {
-        let images = [(Some(&self.radiance), first), (self.coarser.as_ref(), 0)];
+        let images = [
+            (Some(&self.radiance), first),
+            (self.normals.as_ref(), first),
+            (self.coarser.as_ref(), 0),
+        ];
         for (image, first) in images {
             if let Some(image) = image.filter(|image| first < image.mips()) {
                 frame.clear_mips("voxel_mips.clear", image, first..image.mips(), [0.0; 4]);
@@ -117,11 +134,24 @@ impl DenseVolume {
 
     /// Adds the passes that make the mips from the finest one on.
     pub(super) fn filter(&self, frame: &mut Frame, filter: Prefilter) {
-        match &self.groups {
-            Some(groups) => {
-                filter_mips(frame, &self.radiance, self.coarser.as_ref(), filter, groups);
+        for image in self.finest() {
+            match &self.groups {
+                Some(groups) => filter_mips(frame, image, self.coarser.as_ref(), filter, groups),
+                None => frame.blit_mips("voxel_mips.blit", image),
             }
-            None => frame.blit_mips("voxel_mips.blit", &self.radiance),
+        }
+    }
+
+    /// The textures whose mip 0 is written voxel by voxel.
+    pub(super) fn finest(&self) -> impl Iterator<Item = &Arc<Image>> {
+        std::iter::once(&self.radiance).chain(&self.normals)
+    }
+
+    /// The same, as lighting writes them.
+    pub(super) fn texels(&self) -> DenseTexels<'_> {
+        DenseTexels {
+            radiance: &self.radiance,
+            normals: self.normals.as_ref(),
         }
     }
 
@@ -130,7 +160,11 @@ impl DenseVolume {
             let faces = self.coarser.as_ref().unwrap_or(&self.radiance);
             (faces, self.directionality)
         });
-        volume(grid, &self.radiance, &self.matter, faces)
+        let volume = volume(grid, &self.radiance, &self.matter, faces);
+        match &self.normals {
+            Some(normals) => with_normals(volume, normals, self.lobe),
+            None => volume,
+        }
     }
 }
 
@@ -151,13 +185,32 @@ pub fn volume<'v>(
             Some(("voxels", Bound::Image(radiance))),
             Some(("matter", Bound::Image(matter))),
             Some(("faces", Bound::Image(faces))),
+            Some((NORMALS_OF_VOXELS, Bound::Image(radiance))),
+            None,
             None,
         ],
         constants: [None; 2],
         directionality,
+        lobe: None,
         sides: 1 + u32::from(directionality.faces().is_some()),
         voxels_across: grid.resolution,
         face_stride: 0,
+    }
+}
+
+/// The same volume, whose texels shine by their mean normals.
+fn with_normals<'v>(
+    volume: Volume<'v>,
+    normals: &'v Arc<Image>,
+    lobe: Option<NormalLobe>,
+) -> Volume<'v> {
+    let [voxels, matter, faces, _, ..] = volume.bound;
+    let normals = Some((NORMALS_OF_VOXELS, Bound::Image(normals)));
+    Volume {
+        bound: [voxels, matter, faces, normals, None, None],
+        lobe,
+        sides: 2,
+        ..volume
     }
 }
 

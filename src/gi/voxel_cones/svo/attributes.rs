@@ -65,6 +65,7 @@ impl AttributeBricks {
             .collect::<Result<_, _>>()?;
         let settings = BrickSettings {
             directionality: Directionality::Isotropic,
+            lobe: None,
             ..settings
         };
         let bricks = AttributeBricks {

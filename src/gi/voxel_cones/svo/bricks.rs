@@ -10,7 +10,7 @@ use super::indirection::{index_tiles, indirection_image};
 use super::nodes::NodePool;
 use super::touched::{Tiles, TouchedTiles};
 use crate::gi::shared::voxel::build::buffer;
-use crate::gi::shared::voxel::{Directionality, Sides};
+use crate::gi::shared::voxel::{Directionality, NormalLobe, Sides};
 use crate::graph::compute::linear_groups;
 use crate::graph::{
     Buffer, Error, Frame, FrameStats, Gpu, Image, ImageDesc, ImageKind, ImageUsage, Owner, vk,
@@ -31,6 +31,8 @@ pub struct BrickSettings {
     pub touched: bool,
     /// The levels with a brick for each of six faces.
     pub directionality: Directionality,
+    /// Whether cones see texels by their mean normals, and how.
+    pub lobe: Option<NormalLobe>,
 }
 
 impl BrickSettings {

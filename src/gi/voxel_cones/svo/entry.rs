@@ -11,10 +11,10 @@ use super::{
 };
 use crate::gi::entry::{Entry, Stage};
 use crate::gi::inspect::{Scale, ViewRow};
-use crate::gi::settings::{Domain, Preset, Setting, SettingError, Settings};
+use crate::gi::settings::{Domain, Preset, Setting, Settings};
 use crate::gi::shared::cone;
 use crate::gi::shared::interleave;
-use crate::gi::shared::voxel::{self, Directionality, FACE_SETTINGS, MIP_FILTER, RAY_SETTINGS};
+use crate::gi::shared::voxel::{self, FACE_SETTINGS, MIP_FILTER, RAY_SETTINGS};
 use crate::gi::{Context, StoreKind, Technique};
 use crate::graph::{Error, Pass};
 use crate::shader::{GpuStruct, StructLayout};
@@ -45,15 +45,6 @@ static SETTINGS: &[Setting] = &[
         unit: "",
         domain: Domain::Choice(&["touched", "all"]),
         default: "touched",
-    },
-    Setting {
-        name: "normals",
-        help: "where the light of a texel goes: off (all ways alike) or toksvig (bricks also hold \
-               the mean normal of what shines; normals spread around it by Toksvig's variance, \
-               and a cone sees the share that faces it)",
-        unit: "",
-        domain: Domain::Choice(&["off", "toksvig"]),
-        default: "off",
     },
     Setting {
         name: "attributes",
@@ -154,7 +145,6 @@ pub static ENTRY: Entry = Entry {
         interleave::SPECULAR_SETTINGS,
         RAY_SETTINGS,
     ],
-    check,
     presets: PRESETS,
     views: &[VIEWS, ATTRIBUTE_VIEWS],
     passes: &[
@@ -226,28 +216,6 @@ pub static ENTRY: Entry = Entry {
         make,
     )
 };
-
-/// Whether the settings are possible together.
-fn check(settings: &Settings) -> Result<(), SettingError> {
-    if settings.is("normals", "toksvig")
-        && Directionality::new(settings) != Directionality::Isotropic
-    {
-        return Err(SettingError::Together(
-            "normals = toksvig needs anisotropic = off and faces = one: faces know which way \
-             their light leaves them"
-                .into(),
-        ));
-    }
-    let has_two = settings.is("gather", "cones") || settings.is("radiance", "two-sided");
-    if settings.is("normals", "toksvig") && !has_two {
-        return Err(SettingError::Together(format!(
-            "normals = toksvig with gather = {} needs radiance = two-sided: normal bricks are made \
-             of the two sides of voxels",
-            settings.choice("gather")
-        )));
-    }
-    cone::check(settings)
-}
 
 fn make(context: &Context<'_>, settings: &Settings) -> Result<Box<dyn Technique>, Error> {
     Ok(Box::new(VoxelCones::<Svo>::new(context, settings, "svo")?))

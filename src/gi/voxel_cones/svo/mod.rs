@@ -30,8 +30,8 @@ use crate::gi::settings::Settings;
 use crate::gi::shared::cone::{Volume, VoxelVolume};
 use crate::gi::shared::voxel::trace::space::space_passes;
 use crate::gi::shared::voxel::{
-    Directionality, LightInputs, LightSettings, LitVoxels, Prefilter, Sides, Space, SpacePasses,
-    VoxelSettings,
+    Directionality, LightInputs, LightSettings, LitVoxels, NormalLobe, Prefilter, Sides, Space,
+    SpacePasses, VoxelSettings,
 };
 use crate::graph::compute::read;
 use crate::graph::{Access, Binding, Error, Frame, FrameStats, Gpu};
@@ -68,7 +68,6 @@ pub struct Svo {
     has_bricks: bool,
     /// Whether rays gather the diffuse light.
     has_rays: bool,
-    has_normals: bool,
     has_attributes: bool,
     voxelizer: PieceVoxelizer,
     octree: Option<Octree>,
@@ -77,10 +76,10 @@ pub struct Svo {
 impl VoxelStore for Svo {
     fn new(context: &Context<'_>, settings: &Settings, parts: &Parts) -> Result<Self, Error> {
         let Context { gpu, scene, .. } = *context;
-        let has_normals = settings.is("normals", "toksvig");
+        let lobe = NormalLobe::new(settings);
         let directionality = Directionality::new(settings);
         let faces = directionality.faces();
-        let sides = if has_normals || faces.is_some() {
+        let sides = if lobe.is_some() || faces.is_some() {
             Sides::Two
         } else {
             Sides::One
@@ -105,7 +104,6 @@ impl VoxelStore for Svo {
             },
             has_bricks,
             has_rays: parts.gatherer.rays.is_some(),
-            has_normals,
             has_attributes,
             bricks: BrickSettings {
                 corners: settings.is("lattice", "corners"),
@@ -113,6 +111,7 @@ impl VoxelStore for Svo {
                 is_split: settings.is("filter_split", "three"),
                 touched: settings.is("filter", "touched"),
                 directionality,
+                lobe,
             },
             voxelizer,
             octree: None,
@@ -143,7 +142,7 @@ impl VoxelStore for Svo {
         }
         let mut bricks = None;
         if self.has_bricks {
-            let records = self.has_normals.then(|| voxels.records());
+            let records = (self.bricks.lobe).map(|_| voxels.records());
             let sides = self.light_settings.sides;
             let (made, cleared) = BrickPool::new(context.gpu, &nodes, self.bricks, sides, records)?;
             stats.append(cleared);

@@ -70,9 +70,18 @@ layout(std430, set = 1, binding = BINDING(10)) restrict readonly buffer VoxelFac
 };
 #ifdef TRIANGLES
 layout(constant_id = 12) const uint POINTS = 16;   // of a voxel's surface, for each light
+#define NORMALS_CONSTANT 13
+#else
+#define NORMALS_CONSTANT 9
 #endif
 #ifdef DENSE
+// 1: the texel has both sides together, and a second one the mean normal of what shines
+layout(constant_id = NORMALS_CONSTANT) const uint NORMALS = 0;
+
+#include "gi/shared/voxel/light/lit_normals.glsl"
+
 layout(set = 1, binding = BINDING(11), rgba16f) uniform restrict writeonly image3D dense_radiance;
+layout(set = 1, binding = BINDING(12), rgba16f) uniform restrict writeonly image3D dense_normals;
 #endif
 
 layout(push_constant) uniform LightParams {
@@ -386,10 +395,17 @@ void main() {
     }
 #ifdef DENSE
     if (FACES != 0u) return;
+    ivec3 texel = ivec3(voxel_coordinates(voxel.xy, voxel.z_area));
+    if (NORMALS != 0u) {
+        vec3 both = min(sides[0] + sides[1], vec3(LARGEST_HALF));
+        imageStore(dense_radiance, texel, vec4(both * opacity, opacity));
+        imageStore(dense_normals, texel,
+            vec4(lit_normal(voxel, sides[0], sides[1]) * opacity, opacity));
+        return;
+    }
     vec2 seen = unpack_seen(voxel.coverage);
     if (SIDES == 2u) mean_radiance *= seen.x / seen.y;
     mean_radiance = min(mean_radiance + mean_indirect, vec3(LARGEST_HALF));
-    imageStore(dense_radiance, ivec3(voxel_coordinates(voxel.xy, voxel.z_area)),
-        vec4(mean_radiance * opacity, opacity));
+    imageStore(dense_radiance, texel, vec4(mean_radiance * opacity, opacity));
 #endif
 }

@@ -5,6 +5,7 @@ use glam::{DVec3, DVec4, UVec3};
 
 use super::clipmap::Clipmap;
 use crate::gi::shared::cone::FaceWeights;
+use crate::gi::shared::voxel::NormalLobe;
 
 /// One level of a dense volume: rgb is radiance [W/(m² sr)] times opacity, a is opacity.
 #[derive(Clone, Debug, PartialEq)]
@@ -99,6 +100,10 @@ pub struct Levels<'l> {
     pub faces: Option<&'l FaceChain>,
     /// In place of all, nested levels.
     pub clipmap: Option<&'l Clipmap>,
+    /// The same levels with normals, as `normals` has them.
+    pub clipmap_normals: Option<&'l Clipmap>,
+    /// How light leaves by normals, where there are any.
+    pub lobe: NormalLobe,
 }
 
 impl<'l> From<&'l [Volume]> for Levels<'l> {
@@ -165,20 +170,44 @@ impl Levels<'_> {
     /// Light and opacity at a position \[voxels\] as seen along `direction`.
     pub(super) fn sample(&self, position: DVec3, level: f64, direction: DVec3) -> DVec4 {
         if let Some(clipmap) = self.clipmap {
-            return clipmap.sample(position, level, direction);
+            let texel = clipmap.sample(position, level, direction);
+            return self.clipmap_normals.map_or(texel, |normals| {
+                let normal = normals.sample(position, level, direction);
+                seen_by_normals(texel, normal, self.lobe, direction)
+            });
         }
         let uvw = position / self.resolution();
         if let Some(faces) = self.faces {
             return faces.seen(uvw, direction, level);
         }
         let texel = sample_chain_on(self.light, self.lattice, uvw, level);
-        let luminance = luminance(texel.truncate());
-        if self.normals.is_empty() || luminance <= 0.0 {
+        if self.normals.is_empty() {
             return texel;
         }
-        let normal = sample_chain_on(self.normals, self.lattice, uvw, level).truncate() / luminance;
-        (facing_share(normal, direction) * texel.truncate()).extend(texel.w)
+        let normal = sample_chain_on(self.normals, self.lattice, uvw, level);
+        seen_by_normals(texel, normal, self.lobe, direction)
     }
+}
+
+/// A texel of both sides together as seen along `direction`; `normal`: the mean normal of what
+/// shines, times its luminance. Both premultiplied by opacity.
+fn seen_by_normals(texel: DVec4, normal: DVec4, lobe: NormalLobe, direction: DVec3) -> DVec4 {
+    let luminance = luminance(texel.truncate());
+    if luminance <= 0.0 {
+        return texel;
+    }
+    let m = normal.truncate() / luminance;
+    let share = match lobe {
+        NormalLobe::Toksvig => facing_share(m, direction),
+        NormalLobe::Harmonics => harmonic_share(m, direction),
+    };
+    (share * texel.truncate()).extend(texel.w)
+}
+
+/// As [`facing_share`], by two bands: a one-sided surface of normal n sends ½ + ¾ n·v of its light
+/// towards v.
+pub fn harmonic_share(m: DVec3, direction: DVec3) -> f64 {
+    (0.5 - 0.75 * m.dot(direction)).max(0.0)
 }
 
 /// Rec. 709 luminance of linear red, green and blue.

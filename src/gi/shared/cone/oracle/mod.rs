@@ -19,7 +19,8 @@ use glam::{DVec2, DVec3, DVec4};
 
 pub use clipmap::{Clipmap, ClipmapLevel};
 pub use levels::{
-    FaceChain, Lattice, Levels, Volume, combine_faces, facing_share, luminance, sample_chain,
+    FaceChain, Lattice, Levels, Volume, combine_faces, facing_share, harmonic_share, luminance,
+    sample_chain,
 };
 
 use crate::gi::shared::voxel::oracle::{

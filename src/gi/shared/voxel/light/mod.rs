@@ -76,6 +76,16 @@ pub struct VoxelRecords {
     pub dense: Option<[Arc<Buffer>; 2]>,
 }
 
+/// Dense textures that lighting also writes, mip 0 of each.
+#[derive(Clone, Copy)]
+pub struct DenseTexels<'t> {
+    /// RGBA16F, radiance (W/(m² sr)) premultiplied by opacity.
+    pub radiance: &'t Arc<Image>,
+    /// RGBA16F, the mean normal of what shines times its luminance, premultiplied by opacity. Where
+    /// it is there, `radiance` has both sides of a voxel together; voxels have two sides then.
+    pub normals: Option<&'t Arc<Image>>,
+}
+
 impl From<&Voxels> for VoxelRecords {
     fn from(voxels: &Voxels) -> Self {
         let Voxels {
@@ -257,7 +267,7 @@ impl VoxelLight {
         frame: &mut Frame,
         voxels: &Voxels,
         inputs: impl Into<LightInputs<'l>>,
-        dense: Option<&Arc<Image>>,
+        dense: Option<DenseTexels<'_>>,
     ) {
         let (records, bound) = (
             VoxelRecords::from(voxels),
@@ -277,7 +287,7 @@ impl VoxelLight {
         voxels: &VoxelRecords,
         lookup: VoxelLookup<'_>,
         inputs: LightInputs<'_>,
-        dense: Option<&Arc<Image>>,
+        dense: Option<DenseTexels<'_>>,
     ) {
         let maps = inputs.rsm;
         frame.fill(CLEAR_LIGHT, &self.counters, 0);
@@ -312,7 +322,7 @@ impl VoxelLight {
         frame: &mut Frame,
         voxels: &VoxelRecords,
         inputs: impl Into<LightInputs<'l>>,
-        dense: Option<&Arc<Image>>,
+        dense: Option<DenseTexels<'_>>,
         viewer: Viewer,
     ) {
         self.add_light(
@@ -332,7 +342,7 @@ impl VoxelLight {
         LightInputs {
             maps, triangles, ..
         }: LightInputs<'_>,
-        dense: Option<&Arc<Image>>,
+        dense: Option<DenseTexels<'_>>,
         [indirect, counting]: [bool; 2],
         viewer: Viewer,
     ) {
@@ -384,8 +394,10 @@ impl VoxelLight {
             .bind("occupancy", occupancy)
             .bind("block_bases", block_bases)
             .bind("voxel_faces", voxels.faces.as_ref().unwrap_or(nothing));
-        let pass = if let Some(image) = dense {
-            pass.bind("dense_radiance", image)
+        let pass = if let Some(DenseTexels { radiance, normals }) = dense {
+            pass.bind("dense_radiance", radiance)
+                .bind("dense_normals", normals.unwrap_or(radiance))
+                .constant("NORMALS", normals.is_some())
         } else {
             pass
         };

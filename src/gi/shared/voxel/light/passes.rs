@@ -56,9 +56,12 @@ const LIGHT_CONSTANTS: [&str; 9] = [
     "FACES",
 ];
 
-const DENSE_RADIANCE: [Binding; 1] = [Binding::image("dense_radiance", Access::ComputeWrite)];
+const DENSE_TEXELS: [Binding; 2] = [
+    Binding::image("dense_radiance", Access::ComputeWrite),
+    Binding::image("dense_normals", Access::ComputeWrite),
+];
 
-const BY_RAYS_CONSTANTS: &[&str] = &join::<_, 12, 1, 13>(
+const BY_RAYS_CONSTANTS: [&str; 13] = join::<_, 12, 1, 13>(
     join::<_, 3, 9, 12>(bvh::CONSTANTS, LIGHT_CONSTANTS),
     ["POINTS"],
 );
@@ -74,12 +77,13 @@ pub static LIGHT: Pass = Pass {
 };
 
 /// As [`LIGHT`], and into mip 0 of a dense RGBA16F texture, premultiplied by opacity; of
-/// directional voxels, six faces side by side along x.
+/// directional voxels, six faces side by side along x. Where voxels shine by their normals, both
+/// sides together, and the mean normal of what shines into a second texture.
 pub static LIGHT_DENSE: Pass = Pass {
     name: "voxel.light",
     shaders: Shaders::Compute("gi/shared/voxel/light/light_voxels_dense.comp"),
-    bindings: &join::<_, 11, 1, 12>(LIGHT_BINDINGS, DENSE_RADIANCE),
-    constants: &LIGHT_CONSTANTS,
+    bindings: &join::<_, 11, 2, 13>(LIGHT_BINDINGS, DENSE_TEXELS),
+    constants: &join::<_, 9, 1, 10>(LIGHT_CONSTANTS, ["NORMALS"]),
     params: Some(LightParams::LAYOUT),
     sets: Sets::Scene,
 };
@@ -88,17 +92,17 @@ pub static LIGHT_DENSE: Pass = Pass {
 pub static LIGHT_BY_RAYS: Pass = Pass {
     shaders: Shaders::Compute("gi/shared/voxel/light/light_by_rays.comp"),
     bindings: &join::<_, 5, 11, 16>(bvh::BINDINGS, LIGHT_BINDINGS),
-    constants: BY_RAYS_CONSTANTS,
+    constants: &BY_RAYS_CONSTANTS,
     ..LIGHT
 };
 
 /// As [`LIGHT_BY_RAYS`], and as [`LIGHT_DENSE`].
 pub static LIGHT_BY_RAYS_DENSE: Pass = Pass {
     shaders: Shaders::Compute("gi/shared/voxel/light/light_by_rays_dense.comp"),
-    bindings: &join::<_, 16, 1, 17>(
+    bindings: &join::<_, 16, 2, 18>(
         join::<_, 5, 11, 16>(bvh::BINDINGS, LIGHT_BINDINGS),
-        DENSE_RADIANCE,
+        DENSE_TEXELS,
     ),
-    constants: BY_RAYS_CONSTANTS,
+    constants: &join::<_, 13, 1, 14>(BY_RAYS_CONSTANTS, ["NORMALS"]),
     ..LIGHT
 };
