@@ -201,6 +201,7 @@ fn cases() -> Vec<Case> {
         case("clipmap", &[]),
         case("clipmap", &["anisotropic=on"]),
         case("clipmap", &["normals=toksvig"]),
+        case("svo", &["normals=convolved"]),
         case("clipmap", &["normals=harmonics"]),
         case("clipmap", &["faces=both", "face_weights=squared"]),
     ]

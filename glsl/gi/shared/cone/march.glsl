@@ -103,6 +103,7 @@ ConeResult march_cone(
     Cone cone = Cone(
         1.0 / max(1.0 - m.step_factor * tan_half, 0.25), 2.0 * tan_half, least_width, width_rate);
 #endif
+    set_view_lobe(tan_half);
     vec3 radiance = vec3(0.0);
     float through = 1.0, occlusion = 0.0, t = 0.0, samples = 0.0;
     while (t < end && through > m.early_stop) {

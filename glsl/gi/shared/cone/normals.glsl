@@ -5,18 +5,29 @@
 
 #include "shared/luminance.glsl"
 
-// 0: texels shine alike to all sides; 1: by Toksvig's lobe; 2: by two bands of harmonics.
+// 0: texels shine alike to all sides; 1: by Toksvig's lobe; 2: by two bands of harmonics; 3: by
+// Toksvig's lobe, convolved with that of the view cone.
 layout(constant_id = 6) const uint NORMALS = 0;
+
+// σ_v² of the view cone's lobe.
+float view_variance = 0.0;
+
+// σ_v = cos φ, with φ the aperture of the cone (Hong 2015, section 2.5.3.3.5).
+void set_view_lobe(float tan_half) {
+    float square = tan_half * tan_half;
+    float deviation = max(1.0 - square, 0.0) / (1.0 + square);
+    if (NORMALS == 3u) view_variance = deviation * deviation;
+}
 
 // Share of a texel's light that leaves towards a viewer who looks along `direction`: the share of
 // the surfaces that face him. Their normals are spread around the mean m / |m| with Toksvig's
-// variance σ² = (1 − |m|) / |m|, so that n·ω is normally distributed. A logistic function stands
-// in for the distribution function.
+// variance σ² = (1 − |m|) / |m|, so that n·ω is normally distributed; the view cone's adds to it. A
+// logistic function stands in for the distribution function.
 float toksvig_share(vec3 m, vec3 direction) {
     float concentration = clamp(length(m), 1e-4, 0.999);
-    return 1.0
-        / (1.0
-            + exp(1.702 * dot(m, direction) * inversesqrt(concentration * (1.0 - concentration))));
+    float width = concentration * (1.0 - concentration);   // (|m| σ)²
+    if (NORMALS == 3u) width += concentration * concentration * view_variance;
+    return 1.0 / (1.0 + exp(1.702 * dot(m, direction) * inversesqrt(width)));
 }
 
 // The same share by the first two bands of what a one-sided surface sends: 1/2 + 3/4 n·v.

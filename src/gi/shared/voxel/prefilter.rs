@@ -57,10 +57,10 @@ pub static FACE_SETTINGS: &[Setting] = &[
         name: "normals",
         help: "where the light of a texel without faces goes: off (all ways alike) or by the mean \
                normal of what shines, which a second texel holds: toksvig (normals spread around \
-               it by Toksvig's variance, and a cone sees the share that faces it) or harmonics \
-               (two bands)",
+               it by Toksvig's variance, and a cone sees the share that faces it), convolved (the \
+               same, with the published lobe of the cone) or harmonics (two bands)",
         unit: "",
-        domain: Domain::Choice(&["off", "toksvig", "harmonics"]),
+        domain: Domain::Choice(&["off", "toksvig", "harmonics", "convolved"]),
         default: "off",
     },
 ];
@@ -133,6 +133,9 @@ pub enum NormalLobe {
     Toksvig = 1,
     /// The first two bands of what a one-sided surface sends.
     Harmonics = 2,
+    /// As `Toksvig`, convolved with a lobe of the cone that looks: σ_v = cos φ with φ its aperture
+    /// (Hong 2015, section 2.5.3.3.5).
+    Convolved = 3,
 }
 
 impl NormalLobe {
@@ -141,6 +144,7 @@ impl NormalLobe {
         match settings.find_choice("normals") {
             Some("toksvig") => Some(NormalLobe::Toksvig),
             Some("harmonics") => Some(NormalLobe::Harmonics),
+            Some("convolved") => Some(NormalLobe::Convolved),
             _ => None,
         }
     }

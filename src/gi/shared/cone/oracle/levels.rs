@@ -155,6 +155,15 @@ impl Levels<'_> {
         ))
     }
 
+    /// σ_v² of a cone of this half angle's tangent; 0 where lobes are not convolved with it.
+    pub(super) fn view_variance(&self, tan_half: f64) -> f64 {
+        let deviation = (2.0 * tan_half.atan()).cos().max(0.0);
+        match self.lobe {
+            NormalLobe::Convolved => deviation.powi(2),
+            NormalLobe::Toksvig | NormalLobe::Harmonics => 0.0,
+        }
+    }
+
     /// Smallest diameter of a sample of a step that begins at a position (both \[voxels\]).
     pub(super) fn least_diameter(&self, position: DVec3) -> f64 {
         self.clipmap
@@ -167,13 +176,19 @@ impl Levels<'_> {
             .map_or(1.0, |clipmap| clipmap.largest_texel(position))
     }
 
-    /// Light and opacity at a position \[voxels\] as seen along `direction`.
-    pub(super) fn sample(&self, position: DVec3, level: f64, direction: DVec3) -> DVec4 {
+    /// Light and opacity at a position \[voxels\] as seen along `direction`; σ_v² is that of the
+    /// cone that looks ([`Levels::view_variance`]).
+    pub(super) fn sample(
+        &self,
+        position: DVec3,
+        level: f64,
+        (direction, view_variance): (DVec3, f64),
+    ) -> DVec4 {
         if let Some(clipmap) = self.clipmap {
             let texel = clipmap.sample(position, level, direction);
             return self.clipmap_normals.map_or(texel, |normals| {
                 let normal = normals.sample(position, level, direction);
-                seen_by_normals(texel, normal, self.lobe, direction)
+                seen_by_normals(texel, normal, self.lobe, (direction, view_variance))
             });
         }
         let uvw = position / self.resolution();
@@ -185,20 +200,25 @@ impl Levels<'_> {
             return texel;
         }
         let normal = sample_chain_on(self.normals, self.lattice, uvw, level);
-        seen_by_normals(texel, normal, self.lobe, direction)
+        seen_by_normals(texel, normal, self.lobe, (direction, view_variance))
     }
 }
 
 /// A texel of both sides together as seen along `direction`; `normal`: the mean normal of what
 /// shines, times its luminance. Both premultiplied by opacity.
-fn seen_by_normals(texel: DVec4, normal: DVec4, lobe: NormalLobe, direction: DVec3) -> DVec4 {
+fn seen_by_normals(
+    texel: DVec4,
+    normal: DVec4,
+    lobe: NormalLobe,
+    (direction, view_variance): (DVec3, f64),
+) -> DVec4 {
     let luminance = luminance(texel.truncate());
     if luminance <= 0.0 {
         return texel;
     }
     let m = normal.truncate() / luminance;
     let share = match lobe {
-        NormalLobe::Toksvig => facing_share(m, direction),
+        NormalLobe::Toksvig | NormalLobe::Convolved => facing_share(m, view_variance, direction),
         NormalLobe::Harmonics => harmonic_share(m, direction),
     };
     (share * texel.truncate()).extend(texel.w)
@@ -217,11 +237,12 @@ pub fn luminance(color: DVec3) -> f64 {
 
 /// Share of a texel's light that leaves towards a viewer who looks along `direction`, `m` being the
 /// mean normal of what shines, no longer than 1: n·ω is normally distributed around m·ω / |m| with
-/// Toksvig's variance (1 − |m|) / |m|; the distribution function is a logistic one, 0.0095 off at
-/// most.
-pub fn facing_share(m: DVec3, direction: DVec3) -> f64 {
+/// Toksvig's variance (1 − |m|) / |m| and `view_variance`; the distribution function is a logistic
+/// one, 0.0095 off at most.
+pub fn facing_share(m: DVec3, view_variance: f64, direction: DVec3) -> f64 {
     let concentration = m.length().clamp(1e-4, 0.999);
-    1.0 / (1.0 + (1.702 * m.dot(direction) / (concentration * (1.0 - concentration)).sqrt()).exp())
+    let variance = (1.0 - concentration) / concentration + view_variance;
+    1.0 / (1.0 + (1.702 * m.dot(direction) / (concentration * variance.sqrt())).exp())
 }
 
 /// A volume whose texels look different along each axis from either side.
@@ -351,7 +372,7 @@ mod tests {
         assert_eq!(levels.resolution(), 4.0);
         for position in [DVec3::ZERO, DVec3::new(1.0, 2.5, 3.25), DVec3::splat(4.0)] {
             assert!(
-                (levels.sample(position, 0.0, DVec3::X).truncate() - position)
+                (levels.sample(position, 0.0, (DVec3::X, 0.0)).truncate() - position)
                     .abs()
                     .max_element()
                     < 1e-12,

@@ -148,7 +148,7 @@ pub fn march_to(
         let texel = levels.sample(
             cone.origin + centre * cone.direction,
             diameter.log2(),
-            cone.direction,
+            (cone.direction, levels.view_variance(cone.tan_half)),
         );
         if texel.w > 0.0 {
             let opacity = settings.step_opacity(texel.w, centre);

@@ -36,7 +36,7 @@ pub fn see<'l>(levels: impl Into<Levels<'l>>, origin: DVec3, direction: DVec3, e
     while t < end && seen.w > LEAST_THROUGH {
         let position = origin + t * direction;
         let width = levels.least_diameter(position);
-        let texel = levels.sample(position, width.log2(), direction);
+        let texel = levels.sample(position, width.log2(), (direction, 0.0));
         met += texel;
         most = most.max(texel.w);
         t += STEP * width;

@@ -188,15 +188,20 @@ fn thin_ray_composites_a_wall() {
 /// alike, and what is curved fades over.
 #[test]
 fn light_leaves_by_the_normals() {
-    assert!(
-        facing_share(DVec3::Z, -DVec3::Z) > 1.0 - 1e-9 && facing_share(DVec3::Z, DVec3::Z) < 1e-9
-    );
-    assert!((facing_share(DVec3::ZERO, DVec3::X) - 0.5).abs() < 1e-12);
+    let facing = |m: DVec3, direction: DVec3| facing_share(m, 0.0, direction);
+    assert!(facing(DVec3::Z, -DVec3::Z) > 1.0 - 1e-9 && facing(DVec3::Z, DVec3::Z) < 1e-9);
+    assert!((facing(DVec3::ZERO, DVec3::X) - 0.5).abs() < 1e-12);
     // |m| = ½ has σ = 1; 0.8413 is the normal distribution function at 1.
-    assert!((facing_share(0.5 * DVec3::Z, -DVec3::Z) - 0.8413).abs() < 0.0095);
+    assert!((facing(0.5 * DVec3::Z, -DVec3::Z) - 0.8413).abs() < 0.0095);
+    // With σ_v = √3 it is 2; 0.6915 is the function at ½.
+    assert!((facing_share(0.5 * DVec3::Z, 3.0, -DVec3::Z) - 0.6915).abs() < 0.0095);
+    // Two bands of a step are ½ + ¾ cos.
+    for (m, share) in [(1.0, 1.25), (0.0, 0.5), (-0.5, 0.125), (-1.0, 0.0)] {
+        assert_eq!(harmonic_share(m * DVec3::Z, -DVec3::Z), share);
+    }
     for m in [0.1, 0.4, 0.9] {
         let shares = [0.9, 0.5, 0.0, -0.5, -0.9].map(|cosine: f64| {
-            facing_share(
+            facing(
                 m * DVec3::Z,
                 DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine),
             )
