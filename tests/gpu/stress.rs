@@ -513,11 +513,15 @@ fn the_table_of_cases_is_whole() {
             case.name
         );
     }
-    for (stress, entry) in CASES
+    let presets = TECHNIQUES.iter().flat_map(|entry| {
+        let named = entry.presets.iter().map(|preset| Some(preset.name));
+        named.chain([None]).map(move |preset| (*entry, preset))
+    });
+    for (stress, (entry, preset)) in CASES
         .iter()
-        .flat_map(|stress| TECHNIQUES.iter().map(move |entry| (stress, entry)))
+        .flat_map(|stress| presets.clone().map(move |preset| (stress, preset)))
     {
-        let settings = entry.settings::<&str>(None, &[]).unwrap();
+        let settings = entry.settings::<&str>(preset, &[]).unwrap();
         let variants = stress.variants(entry, &settings).unwrap();
         assert!(variants[0] == (String::new(), settings.clone()));
         assert!(

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::scenes::{add_floor, camera, closed_room, lamp};
-use super::{ENERGY, OWN, StressCase, StressError, Trial};
+use super::{Change, ENERGY, OWN, StressCase, StressError, Trial};
 use crate::metrics::Channel;
 use crate::scene::bundled::mesh::{HIGH_X, LOW_X, Mesh};
 use crate::scene::{Material, Scene};
@@ -83,6 +83,18 @@ pub(super) static OPPOSED_NORMALS: StressCase = StressCase {
     severity: "thickness [voxels]",
     severities: &[4.0, 2.0, 1.0, 0.5, 0.1],
     quick: &[4.0, 0.1],
+    changes: &[
+        Change {
+            name: "faces",
+            values: &[],
+            needs: Some(("gather", "cones")),
+        },
+        Change {
+            name: "normals",
+            values: &[],
+            needs: Some(("gather", "cones")),
+        },
+    ],
     measure: |trial, thickness| {
         error(
             trial,

@@ -249,7 +249,11 @@ impl StressCase {
             };
             for value in values(change, setting) {
                 let pair = format!("{}={value}", change.name);
-                let new = changed(entry, settings, &[&pair])?;
+                let new = match changed(entry, settings, &[&pair]) {
+                    // What a preset's other settings do not allow is no variant of it.
+                    Err(SettingError::Together(_)) => continue,
+                    new => new?,
+                };
                 if new != *settings {
                     variants.push((pair, new));
                 }

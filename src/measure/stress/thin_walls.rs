@@ -66,6 +66,11 @@ pub(super) static CASE: StressCase = StressCase {
             needs: None,
         },
         Change {
+            name: "normals",
+            values: &[],
+            needs: CONES,
+        },
+        Change {
             name: "gather",
             values: &[],
             needs: None,
