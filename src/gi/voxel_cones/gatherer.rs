@@ -26,9 +26,14 @@ impl Gatherer {
         })
     }
 
-    /// Radiances of a voxel that rays ask for, or those that it has without them.
-    pub fn sides_or(&self, sides: Sides) -> Sides {
-        (self.rays.as_ref()).map_or(sides, |rays| rays.settings.sides)
+    /// Radiances of a voxel: as many as rays ask for, or for cones one, and two where texels tell
+    /// sides apart.
+    pub fn sides(&self, are_told_apart: bool) -> Sides {
+        match &self.rays {
+            Some(rays) => rays.settings.sides,
+            None if are_told_apart => Sides::Two,
+            None => Sides::One,
+        }
     }
 
     /// Whether anything marches through a volume; `has_others`: mirrors and patches do.

@@ -25,7 +25,7 @@ use crate::gi::shared::cone::volume::volume_passes;
 use crate::gi::shared::cone::{Volume, VolumePasses, VoxelVolume};
 use crate::gi::shared::voxel::trace::space::space_passes;
 use crate::gi::shared::voxel::{
-    Directionality, Interior, LightInputs, LightSettings, NormalLobe, Prefilter, Sides, Space,
+    Directionality, Interior, LightInputs, LightSettings, NormalLobe, Prefilter, Space,
     SpacePasses, Surface, VoxelBox, VoxelLight, VoxelRecords, VoxelSettings, VoxelWindow,
     WindowScratch, add_counts,
 };
@@ -95,12 +95,7 @@ impl VoxelStore for Clipmap {
         let directionality = Directionality::new(settings);
         let faces = directionality.faces();
         let lobe = NormalLobe::new(settings);
-        let sides = if faces.is_some() || lobe.is_some() {
-            Sides::Two
-        } else {
-            Sides::One
-        };
-        let sides = parts.gatherer.sides_or(sides);
+        let sides = (parts.gatherer).sides(faces.is_some() || lobe.is_some());
         let light_settings = LightSettings {
             stores_faces: faces.is_some(),
             emission: parts.emission,

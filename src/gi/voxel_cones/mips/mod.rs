@@ -21,8 +21,7 @@ use crate::gi::shared::voxel::trace::blocks::RayBlocks;
 use crate::gi::shared::voxel::trace::space::space_passes;
 use crate::gi::shared::voxel::{
     DenseTexels, Directionality, LightInputs, LightSettings, LitGrid, LitVoxels, NormalLobe,
-    Prefilter, Sides, Space, SpacePasses, VoxelLight, VoxelRecords, VoxelSettings, Voxels,
-    lit_grid,
+    Prefilter, Space, SpacePasses, VoxelLight, VoxelRecords, VoxelSettings, Voxels, lit_grid,
 };
 use crate::gpu_struct;
 use crate::graph::compute::linear_groups;
@@ -109,12 +108,7 @@ impl VoxelStore for Mips {
         let has_volume = parts.gatherer.needs_volume(parts.has_cones);
         let faces = directionality.faces().filter(|_| has_volume);
         let lobe = NormalLobe::new(settings);
-        let sides = if faces.is_some() || lobe.is_some() {
-            Sides::Two
-        } else {
-            Sides::One
-        };
-        let sides = parts.gatherer.sides_or(sides);
+        let sides = (parts.gatherer).sides(faces.is_some() || lobe.is_some());
         let voxel_settings = VoxelSettings {
             faces,
             ..VoxelSettings::new(settings)

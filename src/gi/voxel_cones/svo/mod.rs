@@ -30,7 +30,7 @@ use crate::gi::settings::Settings;
 use crate::gi::shared::cone::{Volume, VoxelVolume};
 use crate::gi::shared::voxel::trace::space::space_passes;
 use crate::gi::shared::voxel::{
-    Directionality, LightInputs, LightSettings, LitVoxels, NormalLobe, Prefilter, Sides, Space,
+    Directionality, LightInputs, LightSettings, LitVoxels, NormalLobe, Prefilter, Space,
     SpacePasses, VoxelSettings,
 };
 use crate::graph::compute::read;
@@ -79,12 +79,7 @@ impl VoxelStore for Svo {
         let lobe = NormalLobe::new(settings);
         let directionality = Directionality::new(settings);
         let faces = directionality.faces();
-        let sides = if lobe.is_some() || faces.is_some() {
-            Sides::Two
-        } else {
-            Sides::One
-        };
-        let sides = parts.gatherer.sides_or(sides);
+        let sides = (parts.gatherer).sides(faces.is_some() || lobe.is_some());
         let has_attributes = settings.is("attributes", "on");
         let has_bricks = has_attributes || parts.gatherer.needs_volume(parts.has_cones);
         let voxel_settings = VoxelSettings {
