@@ -65,9 +65,9 @@ fn problems(page: &str) -> Vec<String> {
                 wrong.push(format!("{source}: there is no {file}"));
             }
         }
-        let is_out = place.contains("*out*") || place.contains("*open*");
+        let is_out = place.contains("*out*");
         if !is_out && words(place).next().is_none() {
-            wrong.push(format!("{source} is nowhere, and neither out nor open"));
+            wrong.push(format!("{source} is nowhere, and not out"));
         }
     }
     wrong
