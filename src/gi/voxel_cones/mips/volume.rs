@@ -63,10 +63,9 @@ pub(super) struct DenseVolume {
     /// The coarser mips of anisotropic voxels, in the same format, with six faces.
     pub(super) coarser: Option<Arc<Image>>,
     /// As `radiance`: the mean normal of what shines, times its luminance. Where voxels shine by
-    /// it; then the radiance is that of both sides together.
-    normals: Option<Arc<Image>>,
+    /// it, in this way; then the radiance is that of both sides together.
+    normals: Option<(NormalLobe, Arc<Image>)>,
     directionality: Directionality,
-    lobe: Option<NormalLobe>,
     /// Where samples of it may see matter; one word without contents where nothing asks.
     matter: Arc<Image>,
     has_matter: bool,
@@ -96,10 +95,12 @@ impl DenseVolume {
                 .then(|| radiance_image(gpu, "voxel_mips.faces", resolution / 2, 6, all - 1))
                 .transpose()?,
             normals: lobe
-                .map(|_| radiance_image(gpu, "voxel_mips.normals", resolution, 1, all))
+                .map(|lobe| {
+                    let image = radiance_image(gpu, "voxel_mips.normals", resolution, 1, all)?;
+                    Ok::<_, Error>((lobe, image))
+                })
                 .transpose()?,
             directionality,
-            lobe,
             matter: matter_image(gpu, if has_matter { resolution } else { 4 })?,
             has_matter,
             groups: (!blits)
@@ -122,7 +123,7 @@ impl DenseVolume {
     pub(super) fn clear_mips(&self, frame: &mut Frame, first: u32) {
         let images = [
             (Some(&self.radiance), first),
-            (self.normals.as_ref(), first),
+            (self.normals(), first),
             (self.coarser.as_ref(), 0),
         ];
         for (image, first) in images {
@@ -144,14 +145,18 @@ impl DenseVolume {
 
     /// The textures whose mip 0 is written voxel by voxel.
     pub(super) fn finest(&self) -> impl Iterator<Item = &Arc<Image>> {
-        std::iter::once(&self.radiance).chain(&self.normals)
+        std::iter::once(&self.radiance).chain(self.normals())
+    }
+
+    fn normals(&self) -> Option<&Arc<Image>> {
+        self.normals.as_ref().map(|(_, image)| image)
     }
 
     /// The same, as lighting writes them.
     pub(super) fn texels(&self) -> DenseTexels<'_> {
         DenseTexels {
             radiance: &self.radiance,
-            normals: self.normals.as_ref(),
+            normals: self.normals(),
         }
     }
 
@@ -160,11 +165,12 @@ impl DenseVolume {
             let faces = self.coarser.as_ref().unwrap_or(&self.radiance);
             (faces, self.directionality)
         });
-        let volume = volume(grid, &self.radiance, &self.matter, faces);
-        match &self.normals {
-            Some(normals) => with_normals(volume, normals, self.lobe),
-            None => volume,
+        let mut volume = volume(grid, &self.radiance, &self.matter, faces);
+        if let Some((lobe, normals)) = &self.normals {
+            volume.bound[3] = Some((NORMALS_OF_VOXELS, Bound::Image(normals)));
+            (volume.lobe, volume.sides) = (Some(*lobe), 2);
         }
+        volume
     }
 }
 
@@ -195,22 +201,6 @@ pub fn volume<'v>(
         sides: 1 + u32::from(directionality.faces().is_some()),
         voxels_across: grid.resolution,
         face_stride: 0,
-    }
-}
-
-/// The same volume, whose texels shine by their mean normals.
-fn with_normals<'v>(
-    volume: Volume<'v>,
-    normals: &'v Arc<Image>,
-    lobe: Option<NormalLobe>,
-) -> Volume<'v> {
-    let [voxels, matter, faces, _, ..] = volume.bound;
-    let normals = Some((NORMALS_OF_VOXELS, Bound::Image(normals)));
-    Volume {
-        bound: [voxels, matter, faces, normals, None, None],
-        lobe,
-        sides: 2,
-        ..volume
     }
 }
 
